@@ -28,6 +28,11 @@ fn no_input_is_written_over() {
     let new = &clip.replace("walk_a_1", "new");
     let data = folder.join("data");
     let data = data.to_str().unwrap();
+    let [own, pages] = ["own", "pages"].map(|n| folder.join(n));
+    fs::create_dir_all(&own).unwrap();
+    let config = own.join("gestus.toml");
+    fs::write(&config, "licence = \"mine\"\n").unwrap();
+    let [own, pages] = [&own, &pages].map(|p| p.to_str().unwrap());
     let translate = ["translate", "--db", db, "--input", clip, "--style", "proud"];
     for (arguments, said) in [
         (vec!["cut", db, "--models-only", "-o", db], "written over an input"),
@@ -50,6 +55,17 @@ fn no_input_is_written_over() {
         ),
         ([&translate[..], &["-o", new, "--lead", "1"]].concat(), "--lead does nothing"),
         (
+            [&translate[..], &["-o", new, "--no-contact", "--ease", "1"]].concat(),
+            "--ease does nothing with --no-contact",
+        ),
+        ([&translate[..], &["-o", "/dev/stdout"]].concat(), "-o /dev/stdout: this is standard output"),
+        (
+            vec!["synth", "-o", own, "--actions", "walk"],
+            "gestus.toml is there already, and was not generated",
+        ),
+        (vec!["page", "-o", pages, "--db", db, "--wasm", clip], "this is not the module gestus_page.wasm"),
+        (vec!["graph", "--data", data, "-o", new, "--seconds", "5", "--groups", "legs"], "--groups"),
+        (
             [&translate[..], &["-o", &page.replace(".bvh", ".html")]].concat(),
             "this ending can't be written: choose a name that ends in .bvh",
         ),
@@ -61,6 +77,7 @@ fn no_input_is_written_over() {
         let (ok, stderr) = gestus(&arguments);
         assert!(!ok && stderr.contains(said), "{arguments:?}: {stderr}");
     }
+    assert!(fs::read_to_string(config).unwrap().contains("mine") && !Path::new(pages).exists());
     assert_eq!(fs::read(db).unwrap(), common::blob());
     assert_eq!(fs::read_to_string(clip).unwrap(), text);
     let (ok, stderr) = gestus(&[&translate[..], &["-o", folder.join("out.bvh").to_str().unwrap()]].concat());

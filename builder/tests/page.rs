@@ -12,13 +12,16 @@ use gestus_motion::{
     capture::{Format, read},
 };
 
+/// What passes for the module: its header, and a function that it exports.
+const MODULE: &[u8] = b"\0asm text_length";
+
 #[test]
 fn the_folder_is_complete_and_needs_no_network() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("page");
     fs::create_dir_all(&folder).unwrap();
     let [db, wasm, site] = ["k.gestus", "m.wasm", "site"].map(|name| folder.join(name));
     fs::write(&db, common::blob()).unwrap();
-    fs::write(&wasm, b"a module").unwrap();
+    fs::write(&wasm, MODULE).unwrap();
     let page = |db: &Path, wasm: &Path| {
         let mut gestus = Command::new(env!("CARGO_BIN_EXE_gestus"));
         gestus.args(["page", "--json", "--db"]).arg(db).arg("--wasm").arg(wasm).arg("-o").arg(&site);
@@ -44,7 +47,7 @@ fn the_folder_is_complete_and_needs_no_network() {
         }
     }
     let data = fs::read_to_string(site.join("data.js")).unwrap();
-    for bytes in [common::blob(), b"a module", &fs::read(site.join("sample.glb")).unwrap()] {
+    for bytes in [common::blob(), MODULE, &fs::read(site.join("sample.glb")).unwrap()] {
         assert!(data.contains(&BASE64.encode(bytes)));
     }
     // The sample is a body of an adult's size that walks.

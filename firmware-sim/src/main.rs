@@ -118,6 +118,8 @@ mod tests {
             "board m4f --build --style proud",
             "board m4f --generated --floor 0",
             "board m4f --generated --up y",
+            "view --db a.gestus -o a.html --up z",
+            "link loopback --noise seed=7",
             "board m4f --long-stream --style proud",
             "board m4f --long-stream --defmt",
             "board m4f --around --style proud",

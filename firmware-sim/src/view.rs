@@ -28,14 +28,18 @@ use crate::recording::{Recording, Settings};
 /// Seconds of each action where no input is given.
 const SECONDS: f64 = 8.0;
 /// The core as a wasm module.
-const MODULE: WasmCrate =
-    WasmCrate { folder: concat!(env!("CARGO_MANIFEST_DIR"), "/web"), file: "gestus_web.wasm" };
+const MODULE: WasmCrate = WasmCrate {
+    folder: concat!(env!("CARGO_MANIFEST_DIR"), "/web"),
+    file: "gestus_web.wasm",
+    export: "gestus_stylizer_init",
+};
 
 /// Write an HTML page that runs the core in a browser, to try out a database.
 #[derive(clap::Args, Debug)]
 #[command(
     mut_arg("unit", |unit| unit.requires("input")),
     mut_arg("floor", |floor| floor.requires("input")),
+    mut_arg("up", |up| up.requires("input")),
     mut_arg("root", |root| root.requires("input"))
 )]
 pub struct ViewArgs {

@@ -1,5 +1,5 @@
-//! The command `gestus-sim view`, run as a program. `cargo xtask wasm` tests the core in the page; here any file serves
-//! as its module.
+//! The command `gestus-sim view`, run as a program. `cargo xtask wasm` tests the core in the page; here a file with
+//! the header and an exported name serves as its module.
 
 mod common;
 
@@ -16,10 +16,11 @@ use gestus_tests::motion;
 fn a_database_that_was_cut_to_its_models_can_be_viewed() {
     let [db, clip] = common::files("view", 40);
     let beside = |name: &str| Path::new(db).with_file_name(name).to_str().expect("a plain path").to_owned();
-    let [cut, page] = ["cut.gestus", "page.html"].map(beside);
+    let [cut, page, module] = ["cut.gestus", "page.html", "m.wasm"].map(beside);
+    std::fs::write(&module, b"\0asm gestus_stylizer_init").expect("it can be written");
     let database = Database::open(motion::small()).expect("the generated blob opens");
     std::fs::write(&cut, models_only(&database).expect("it has models")).expect("it can be written");
-    let view = ["view", "--db", &cut, "--wasm", clip, "-o", &page];
+    let view = ["view", "--db", &cut, "--wasm", &module, "-o", &page];
     let shown = json(&[&view[..], &["--input", clip, "--json"]].concat());
     assert_eq!(shown["frames"], 40);
     assert!(std::fs::read_to_string(&page).expect("it was written").contains("Gestus live: cut"));

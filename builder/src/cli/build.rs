@@ -35,7 +35,7 @@ use super::{
     fit::{self, FitArgs},
     open,
     rig::RigArgs,
-    selection::{Selection, load_with_notes},
+    selection::{GroupArgs, Selection, load_with_notes},
 };
 
 /// Build a database from a folder of BVH and glTF files.
@@ -52,6 +52,8 @@ pub struct Args {
     output: PathBuf,
     #[command(flatten)]
     selection: Selection,
+    #[command(flatten)]
+    groups: GroupArgs,
     #[command(flatten)]
     rig: RigArgs,
     /// How output cycles are chosen: both (the default), spread, viterbi, nearest, kernel, mean or take
@@ -170,6 +172,7 @@ impl Args {
     /// The folder's configuration with the options of the command, and the part that the database is for.
     fn configure(&self) -> Result<(Config, Option<Wanted>)> {
         let mut config = self.selection.config(self.data.as_ref(), self.config.as_ref())?;
+        self.groups.apply(&mut config.build);
         self.rig.apply(&mut config)?;
         super::check_outputs(
             [
@@ -273,7 +276,10 @@ fn dial(bytes: &[u8], corpus: &Corpus, table: Option<&Path>) -> Result<Option<Ve
     let model = match table {
         Some(path) => {
             let rows = labels::read(path, corpus.rate_hz)?;
-            Model::given(&rows, &path.display().to_string(), |spans| Library::annotated(corpus, spans))?
+            let file = path.display().to_string();
+            let model = Model::given(&rows, &file, |spans| Library::annotated(corpus, spans))?;
+            labels::doubts(&rows, &file, &model.library).iter().for_each(super::note);
+            model
         }
         None => Model::of_database(&database)?,
     };

@@ -43,6 +43,9 @@ pub struct Args {
     report: ReportArgs,
 }
 
+/// Greatest weight of a style, of a sum of 1: further from the data no body walks.
+const MOST_WEIGHT: f64 = 5.0;
+
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
     super::check_outputs([Some(&args.data)], [("-o", Some(&args.output))])?;
@@ -66,6 +69,9 @@ pub fn run(args: &Args) -> Result<()> {
         bail!("--style {}: the weights sum to {total}", args.style);
     }
     weights.iter_mut().for_each(|w| *w /= total);
+    if let Some(w) = weights.iter().find(|w| !(-MOST_WEIGHT..=MOST_WEIGHT).contains(*w)) {
+        bail!("--style {}: a style has {w:.1} of the sum: from -{MOST_WEIGHT} to {MOST_WEIGHT}", args.style);
+    }
     if !(0.1..=600.0).contains(&args.seconds) {
         bail!("--seconds {}: from 0.1 to 600", args.seconds);
     }
@@ -74,7 +80,9 @@ pub fn run(args: &Args) -> Result<()> {
     let known = model.speeds_of(&weights);
     let speed = args.speed.unwrap_or(known[1]);
     let cycle = model.cycle(&weights, speed, 0.0).with_context(|| format!("--style {}", args.style))?;
-    let (slow, fast) = (known[0], known[known.len() - 1]);
+    // Away from the data, the speed called slow may be the highest.
+    let slow = known.iter().copied().fold(f64::INFINITY, f64::min);
+    let fast = known.iter().copied().fold(0.0, f64::max);
     if !(slow..=fast).contains(&speed) {
         super::note(format_args!(
             "--speed {speed}: {} walks at {slow:.2} to {fast:.2} m/s in the data; its steps are {:.2} times as quick",

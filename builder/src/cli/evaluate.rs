@@ -23,7 +23,7 @@ use gestus_evaluate::{
 
 use super::{
     open,
-    selection::{ClassArgs, FrameArgs, Selection},
+    selection::{ClassArgs, FrameArgs, GroupArgs, Selection},
 };
 
 /// Measure accuracy, timing, contacts, search, size and more.
@@ -173,18 +173,20 @@ struct Clips<M: OnClips> {
     #[command(flatten)]
     frames: FrameArgs,
     #[command(flatten)]
+    groups: GroupArgs,
+    #[command(flatten)]
     measure: M,
 }
 
 impl<M: OnClips> Clips<M> {
     fn run(&self) -> Result<()> {
-        let Self { common, frames, measure } = self;
+        let Self { common, groups, measure, .. } = self;
         note_unused([
             ("--from", common.from.is_some(), M::USES.from),
             ("--to", !common.to.is_empty(), M::USES.to),
             ("--folds", common.folds.is_some(), M::USES.folds),
             ("--split", common.split.is_some(), M::USES.folds),
-            ("--groups", !frames.groups.is_empty(), M::USES.groups),
+            ("--groups", groups.is_given(), M::USES.groups),
             ("--db", common.db.is_some(), false),
         ]);
         measure.check(&common.output)?;
@@ -214,7 +216,8 @@ impl<M: OnClips> Clips<M> {
             common.to.iter().map(style).collect::<Result<Vec<_>>>()?
         };
         // Measures that need models build them.
-        let build = BuildOptions { models: false, ..config.build };
+        let mut build = BuildOptions { models: false, ..config.build };
+        self.groups.apply(&mut build);
         let experiment = Experiment { from, to, folds: 2, ..Experiment::new(loaded.corpus, build) };
         let split = common.split.as_ref().zip(common.set).filter(|_| folds);
         let mut experiment = match split {

@@ -17,8 +17,11 @@ use serde_json::json;
 use super::open;
 
 /// The module: reading, retargeting, streaming and writing of clips.
-const MODULE: WasmCrate =
-    WasmCrate { folder: concat!(env!("CARGO_MANIFEST_DIR"), "/page"), file: "gestus_page.wasm" };
+const MODULE: WasmCrate = WasmCrate {
+    folder: concat!(env!("CARGO_MANIFEST_DIR"), "/page"),
+    file: "gestus_page.wasm",
+    export: "text_length",
+};
 
 /// The page's sources.
 const FILES: [(&str, &str); 7] = [
@@ -58,9 +61,9 @@ pub fn run(args: &Args) -> Result<()> {
     if let (Some(bytes), Some(path)) = (&given, &args.db) {
         doubt(&open::open(path, bytes)?).iter().for_each(super::note);
     }
-    open::make_folder(&args.output)?;
     // Before the database, which takes longer to build.
     let module = MODULE.bytes(args.wasm.as_deref())?;
+    open::make_folder(&args.output)?;
     let blob = match given {
         Some(bytes) => bytes,
         None => generated()?,

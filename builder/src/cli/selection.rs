@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use gestus_database::{
+    build::BuildOptions,
     data_folder::{
         config::Config,
         load::{Loaded, load},
@@ -34,14 +35,9 @@ pub struct ClassArgs {
 /// What is taken of each clip.
 #[derive(clap::Args, Clone, Default)]
 pub struct FrameArgs {
-    /// Joints to keep, each with all of its parents: for a board with little memory, or a body that lacks the others
+    /// Joints to keep, with the parent of each among them: for a board with little memory, or a body that lacks the others
     #[arg(long, value_delimiter = ',')]
     joints: Vec<String>,
-    /// Joint groups that can have a mask, a strength and a style of their own, besides the whole body: words (left-arm,
-    /// right-arm, arms, left-leg, right-leg, legs, torso, head) or names with joints, tail=Tail1+Tail2; the arms where
-    /// left out
-    #[arg(long, value_delimiter = ',')]
-    pub groups: Vec<String>,
     /// Frames a second of the database, from 1 to 1000
     #[arg(long)]
     pub rate: Option<f64>,
@@ -51,6 +47,30 @@ pub struct FrameArgs {
     /// Make it an error if a clip can't be used, instead of leaving it out
     #[arg(long)]
     strict: bool,
+}
+
+/// The joint groups of a database.
+#[derive(clap::Args, Clone, Default)]
+pub struct GroupArgs {
+    /// Joint groups that can have a mask, a strength and a style of their own, besides the whole body: words (left-arm,
+    /// right-arm, arms, left-leg, right-leg, legs, torso, head) or names with joints, tail=Tail1+Tail2; the arms where
+    /// left out
+    #[arg(long, value_delimiter = ',')]
+    groups: Vec<String>,
+}
+
+impl GroupArgs {
+    /// True if some are given.
+    pub fn is_given(&self) -> bool {
+        !self.groups.is_empty()
+    }
+
+    /// Sets the groups, if some are given.
+    pub fn apply(&self, options: &mut BuildOptions) {
+        if self.is_given() {
+            options.groups = groups::parse(&self.groups);
+        }
+    }
 }
 
 impl Selection {
@@ -73,9 +93,6 @@ impl Selection {
             if !given.is_empty() {
                 list.clone_from(given);
             }
-        }
-        if !frames.groups.is_empty() {
-            config.build.groups = groups::parse(&frames.groups);
         }
         if let Some(rate) = frames.rate {
             if !(1.0..=1000.0).contains(&rate) {

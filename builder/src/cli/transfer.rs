@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use clap::value_parser;
 use gestus_database::{
     command_line::options::{ReportArgs, UnitArgs},
     models::statistic::transfer::{self, mean_offset},
@@ -43,9 +44,10 @@ pub struct Args {
     /// Up in the reference, as --up
     #[arg(long, value_name = "AXIS", value_parser = axis::of_name, allow_hyphen_values = true)]
     reference_up: Option<(usize, f64)>,
-    /// Rounds from the recursive mean of rotations towards the geodesic one; 0 is the paper's own
-    #[arg(long, default_value_t = 0)]
-    rounds: usize,
+    /// Rounds from the recursive mean of rotations towards the geodesic one; 0 is the paper's own, 1000
+    /// at most
+    #[arg(long, default_value_t = 0, value_parser = value_parser!(u64).range(..=1000))]
+    rounds: u64,
     /// Euler angles instead of quaternions, to compare
     #[arg(long)]
     euler: bool,
@@ -126,7 +128,7 @@ pub fn run(args: &Args) -> Result<()> {
     let body = Body::of(&Corpus::of_clip(&source)).with_context(|| args.input.display().to_string())?;
     let clean_up = !args.no_clean_up;
     let options = transfer::Options {
-        rounds: args.rounds,
+        rounds: args.rounds as usize,
         euler: args.euler,
         literal: args.literal,
         clean_up,

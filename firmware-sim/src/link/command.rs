@@ -53,7 +53,8 @@ pub struct LinkArgs {
     repeats: u8,
     #[command(flatten)]
     robot: RobotArgs,
-    /// Faults of the loopback line, such as lose=0.001,corrupt=0.001,drop=0.01,cut=0.01,delay=0.05:300,seed=7
+    /// Faults of the loopback line, such as lose=0.0001,corrupt=0.0001,drop=0.01,cut=0.01,delay=0.05:300,seed=7: of a byte
+    /// lose, double and corrupt, of a frame the others
     #[arg(long)]
     noise: Option<Noise>,
     /// Print one JSON object

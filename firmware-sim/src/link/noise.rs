@@ -9,8 +9,8 @@ use rand_chacha::ChaCha8Rng;
 /// What an error says about the value of most parts.
 pub const PROBABILITY: &str = "a probability from 0 to 1, as in drop=0.001";
 
-/// The probability of each fault of a line. Parsed from `lose=0.001,corrupt=0.001,seed=7`; the parts may come in any
-/// order and default to 0:
+/// The probability of each fault of a line. Parsed from `lose=0.0001,corrupt=0.0001,seed=7`; the parts may come in any
+/// order and default to 0, and one has to be a fault:
 ///
 /// | part | effect | drawn for |
 /// |---|---|---|
@@ -70,6 +70,10 @@ impl FromStr for Noise {
                 _ => return Err(item.unknown("lose, double, corrupt, drop, repeat, cut, delay and seed")),
             };
             *slot = item.number(0.0..=1.0, PROBABILITY)?;
+        }
+        if list::items(text).all(|item| item.name == "seed") {
+            let expected = "lose, double, corrupt, drop, repeat, cut and delay".into();
+            return Err(ListError::Nothing { list: text.to_owned(), expected });
         }
         Ok(noise)
     }
@@ -190,7 +194,9 @@ mod tests {
     fn a_specification_is_read_and_wrong_ones_are_explained() {
         let noise: Noise = "lose=0.001, delay=0.05:300,seed=7".parse().expect("it is right");
         assert_eq!(noise, Noise { lose: 0.001, delay: 0.05, delay_ms: 300, seed: 7, ..Noise::default() });
-        assert_eq!("".parse::<Noise>().expect("nothing is fine"), Noise::default());
+        for text in ["", "seed=7"] {
+            assert!(matches!(text.parse::<Noise>(), Err(ListError::Nothing { list, .. }) if list == text));
+        }
         for text in ["lose", "delay=0.1"] {
             assert!(matches!(text.parse::<Noise>(), Err(ListError::Missing { item, .. }) if item == text));
         }
@@ -218,7 +224,7 @@ mod tests {
             let arrived: Vec<_> = (0..200).map(|_| injector.inject(&frame)).collect();
             (arrived, injector.counts)
         };
-        let (arrived, counts) = run("seed=3");
+        let (arrived, counts) = run("drop=0,seed=3");
         assert!(arrived.iter().all(|(bytes, late)| *bytes == frame && late.is_zero()));
         assert_eq!(counts, FaultCounts::default());
         // Of 20,000 bytes and 200 frames: expected counts give or take six standard deviations.

@@ -21,6 +21,9 @@ use gestus_motion::{
     files::NewFile,
 };
 
+/// Names of standard output.
+const STANDARD: [&str; 3] = ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"];
+
 /// An output that can't be written as it was asked for.
 #[derive(Debug, PartialEq, Error)]
 #[error("{option} {problem}")]
@@ -51,6 +54,8 @@ pub enum OutputProblem {
     Link { file: PathBuf, input: PathBuf },
     #[error("{}: {other} is written there too: choose another file", file.display())]
     Taken { file: PathBuf, other: String },
+    #[error("{}: this is standard output, which gets the figures: give a file", .0.display())]
+    Standard(PathBuf),
     #[error("{}: nothing can be written there: {error}", file.display())]
     Unwritable { file: PathBuf, error: String },
 }
@@ -72,6 +77,9 @@ pub fn check_outputs<'a>(
     for (option, path) in written.into_iter().filter_map(|(option, path)| Some((option, path?))) {
         let refuse = |problem| Err(OutputError { option: option.to_owned(), problem });
         let file = path.clone();
+        if STANDARD.iter().any(|name| path == Path::new(name)) {
+            return refuse(OutputProblem::Standard(file));
+        }
         // A clip keeps the ending of its input (`check_clip`).
         if Format::of(path) == Some(Format::Gltf)
             && let Some(error) = refused(path, &named)

@@ -101,6 +101,11 @@ impl FromArgMatches for ParameterArgs {
 }
 
 impl ParameterArgs {
+    /// Whether the option of that name is given.
+    pub fn has(&self, name: &str) -> bool {
+        self.0.iter().any(|(parameter, _)| option(parameter) == name)
+    }
+
     /// The configuration with the given parameters set.
     ///
     /// # Errors

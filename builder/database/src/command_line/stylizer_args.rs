@@ -196,6 +196,11 @@ impl StylizerArgs {
                 return refused(option, "--timing bounded");
             }
         }
+        for option in ["release", "ease"] {
+            if self.no_contact && self.parameters.has(option) {
+                bail!("--{option} does nothing with --no-contact: give one of them");
+            }
+        }
         let searches = matches!(method, Method::Mar | Method::Phase);
         if !self.mask.is_empty() && !searches {
             return refused("--mask", "--method mar or phase");

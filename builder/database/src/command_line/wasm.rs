@@ -18,6 +18,8 @@ pub struct WasmCrate {
     pub folder: &'static str,
     /// The module's name.
     pub file: &'static str,
+    /// A function that it exports, and other modules do not.
+    pub export: &'static str,
 }
 
 impl WasmCrate {
@@ -26,7 +28,18 @@ impl WasmCrate {
     /// # Errors
     /// A message that says what is missing, and how to get it.
     pub fn bytes(&self, named: Option<&Path>) -> Result<Vec<u8>> {
-        let read = |path: &Path| fs::read(path).with_context(|| format!("{} can't be read", path.display()));
+        let read = |path: &Path| {
+            let bytes = fs::read(path).with_context(|| format!("{} can't be read", path.display()))?;
+            let has = |word: &[u8]| bytes.windows(word.len()).any(|part| part == word);
+            if !bytes.starts_with(b"\0asm") || !has(self.export.as_bytes()) {
+                bail!(
+                    "{}: this is not the module {}: `cargo xtask wasm` builds it",
+                    path.display(),
+                    self.file
+                );
+            }
+            Ok(bytes)
+        };
         if let Some(path) = named {
             return read(path);
         }

@@ -160,14 +160,14 @@ impl Verdict {
             false => format!("Recognised: {actions}; in the style {styles}."),
         });
         sentences.push(match (self.passed * 100.0).round() {
-            0.0 => "Nothing was passed through.".into(),
+            0.0 => "Nothing was passed through unchanged.".into(),
             percent => {
                 let spans: Vec<String> =
                     self.left_alone.iter().take(4).map(|[a, b]| format!("{a:.1} to {b:.1} s")).collect();
                 let more = if self.left_alone.len() > 4 { ", ..." } else { "" };
                 let at =
                     if spans.is_empty() { String::new() } else { format!(": {}{more}", spans.join(", ")) };
-                format!("{percent:.0}% of the motion was passed through{at}.")
+                format!("{percent:.0}% of the motion was passed through unchanged{at}.")
             }
         });
         sentences.extend(self.advice.iter().map(|advice| {
