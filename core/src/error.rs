@@ -123,6 +123,11 @@ impl fmt::Display for Name {
     }
 }
 
+/// A count as errors and messages have it: the greatest number where it is greater.
+pub(crate) fn saturating_u16(count: usize) -> u16 {
+    u16::try_from(count).unwrap_or(u16::MAX)
+}
+
 /// Why a stylizer refused a database or a setting. The setting before stays in force.
 ///
 /// It travels over the [`link`](crate::link): new variants go to the end.

@@ -10,7 +10,7 @@ mod refusal;
 pub use choice::{Method, Ridge, Safety, Timing, Value, Yaw};
 pub use parameters::Config;
 
-use crate::{ConfigError, search::graph::POOL};
+use crate::{ConfigError, error::saturating_u16, search::graph::POOL};
 
 impl Config {
     /// The shipped defaults.
@@ -48,10 +48,7 @@ impl Config {
     pub(crate) fn check(&self, neighbors: usize) -> Result<(), ConfigError> {
         let have = neighbors.min(POOL);
         if !(1..=have).contains(&usize::from(self.k)) {
-            return Err(ConfigError::Neighbors {
-                need: self.k,
-                have: u16::try_from(have).unwrap_or(u16::MAX),
-            });
+            return Err(ConfigError::Neighbors { need: self.k, have: saturating_u16(have) });
         }
         match parameters::out_of_range(self) {
             Some(number) => Err(ConfigError::Parameter { number }),

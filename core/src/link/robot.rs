@@ -12,6 +12,7 @@ use super::{Board, RobotIdentity, board::Statistic};
 use crate::{
     ConfigError, Database, Observer, Pose, Report, Stage,
     body::pose::Dofs,
+    error::saturating_u16,
     robot::{Drive, Driven, Follower, Robot},
     search::{found::Found, query::Feature},
 };
@@ -100,11 +101,10 @@ impl<B: Board<J>, const J: usize, const H: usize> Board<J> for Driver<'_, B, H> 
         if let Ok(drive) = Drive::new(robot, &given) {
             self.robot = Follower::new(drive);
         }
-        let short = |value: usize| u16::try_from(value).unwrap_or(u16::MAX);
         Some(RobotIdentity {
             robot: robot.identity(),
-            hinges: short(robot.hinges()),
-            capacity: short(H),
+            hinges: saturating_u16(robot.hinges()),
+            capacity: saturating_u16(H),
             tick_s: robot.tick_s(),
         })
     }

@@ -5,7 +5,7 @@ use super::{
     PoseBuffer, PoseBytes, Received, Receiver, Reply, Request, StepReport, VERSION, board::Statistic,
     buffer_length, counter, decode, robot_buffer_length,
 };
-use crate::{Config, Pose, Report, Stylizer, robot::Driven};
+use crate::{Config, Pose, Report, Stylizer, error::saturating_u16, robot::Driven};
 
 /// Serves a stylizer over a line.
 ///
@@ -240,11 +240,11 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
             build: self.board.build(),
             database: database.identity(),
             rate_hz: database.rate_hz(),
-            joints: short(counts.joints),
-            classes: short(counts.classes),
-            capacity: [short(J), short(K), short(C)],
+            joints: saturating_u16(counts.joints),
+            classes: saturating_u16(counts.classes),
+            capacity: [saturating_u16(J), saturating_u16(K), saturating_u16(C)],
             ram_bytes: size_of::<Stylizer<'_, J, K, C>>() as u32,
-            buffer_bytes: short(N),
+            buffer_bytes: saturating_u16(N),
         };
         self.answer.write(header.reply(), &Reply::Hello(identity)).map(|_| ()).map_err(overlong)
     }
@@ -252,8 +252,8 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
     fn fits(&self, bytes: &PoseBytes<'_>) -> Result<(), Fault> {
         let joints = self.stylizer.database().counts().joints;
         if bytes.joints() != Some(joints) {
-            let have = bytes.joints().map_or(u16::MAX, short);
-            return Err(Fault::Joints { need: short(joints), have });
+            let have = bytes.joints().map_or(u16::MAX, saturating_u16);
+            return Err(Fault::Joints { need: saturating_u16(joints), have });
         }
         Ok(())
     }
@@ -374,8 +374,4 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
 
 fn overlong(_: Full) -> Fault {
     Fault::Overlong
-}
-
-fn short(value: usize) -> u16 {
-    u16::try_from(value).unwrap_or(u16::MAX)
 }

@@ -31,6 +31,7 @@
 use crate::{
     ConfigError,
     body::pose::Pose,
+    error::saturating_u16,
     math::{clamp, quaternion},
 };
 
@@ -133,8 +134,7 @@ impl<const J: usize, const N: usize> Retimer<J, N> {
         // The pose at or before the playhead, and the newest.
         let need = most_behind as usize + 3;
         if need > N {
-            let short = |value: usize| u16::try_from(value).unwrap_or(u16::MAX);
-            return Err(ConfigError::Poses { need: short(need), have: short(N) });
+            return Err(ConfigError::Poses { need: saturating_u16(need), have: saturating_u16(N) });
         }
         Ok(Self {
             poses: [Pose::IDENTITY; N],

@@ -28,6 +28,7 @@ use crate::{
     ConfigError, Database,
     blob::{crc::crc32c, layout::section, read::Record},
     body::pose::Pose,
+    error::saturating_u16,
     math::{
         quaternion::{self, IDENTITY, Quaternion, Vector},
         vector::{add, subtract},
@@ -87,9 +88,11 @@ impl<'m> Map<'m> {
     /// [`ConfigError::Joints`] if the capacity is too small, [`ConfigError::OtherDatabase`] if the map was made for another
     /// database.
     pub fn fits(&self, database: &Database<'_>, capacity: usize) -> Result<(), ConfigError> {
-        let short = |n: usize| u16::try_from(n).unwrap_or(u16::MAX);
         if self.sources() > capacity {
-            return Err(ConfigError::Joints { need: short(self.sources()), have: short(capacity) });
+            return Err(ConfigError::Joints {
+                need: saturating_u16(self.sources()),
+                have: saturating_u16(capacity),
+            });
         }
         let head = Record(self.bytes);
         if self.targets() != database.counts().joints || head.u32(header::SKELETON) != fingerprint(database) {

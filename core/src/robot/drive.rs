@@ -10,6 +10,7 @@ use crate::{
     ConfigError,
     blob::layout::MAX_JOINTS,
     body::pose::Pose,
+    error::saturating_u16,
     math::{
         abs, clamp,
         quaternion::{self, IDENTITY, Quaternion, Vector, about},
@@ -58,8 +59,7 @@ impl<'r, const H: usize> Drive<'r, H> {
     pub fn new(robot: Robot<'r>, angles: &[f32]) -> Result<Self, ConfigError> {
         let count = robot.hinges();
         if count > H {
-            let short = |n: usize| u16::try_from(n).unwrap_or(u16::MAX);
-            return Err(ConfigError::Hinges { need: short(count), have: short(H) });
+            return Err(ConfigError::Hinges { need: saturating_u16(count), have: saturating_u16(H) });
         }
         let mut this = Self { robot, motions: [Motion::default(); H], targets: [0.0; H] };
         for (h, (motion, target)) in this.motions.iter_mut().zip(&mut this.targets).enumerate().take(count) {

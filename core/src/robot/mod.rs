@@ -30,6 +30,7 @@ pub use follow::{Follower, MOST_TICKS, RobotStep};
 use crate::{
     ConfigError, Database,
     blob::read::Record,
+    error::saturating_u16,
     math::quaternion::{Quaternion, Vector},
     retarget::fingerprint,
 };
@@ -131,9 +132,11 @@ impl<'r> Robot<'r> {
     /// # Errors
     /// [`ConfigError::Hinges`] or [`ConfigError::OtherDatabase`].
     pub fn fits(&self, database: &Database<'_>, capacity: usize) -> Result<(), ConfigError> {
-        let short = |n: usize| u16::try_from(n).unwrap_or(u16::MAX);
         if self.hinges() > capacity {
-            return Err(ConfigError::Hinges { need: short(self.hinges()), have: short(capacity) });
+            return Err(ConfigError::Hinges {
+                need: saturating_u16(self.hinges()),
+                have: saturating_u16(capacity),
+            });
         }
         let known = Record(self.bytes).u32(header::SKELETON);
         if self.joints() != database.counts().joints || known != fingerprint(database) {

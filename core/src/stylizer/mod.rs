@@ -21,6 +21,7 @@ use crate::{
     blob::{Database, layout::dof},
     body::pose::{self, Anchor},
     config::{Safety, Timing, Yaw},
+    error::saturating_u16,
     math::clamp,
     methods::{
         context::{Context, Frame, Signals},
@@ -61,13 +62,14 @@ impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
     /// parameter is out of its range.
     pub fn new(database: Database<'db>, config: Config) -> Result<Self, ConfigError> {
         let counts = *database.counts();
-        let short = |value: usize| u16::try_from(value).unwrap_or(u16::MAX);
         // Dofs<J> has room for 3 J + 4 numbers from J = 4 on.
         if counts.joints > J || counts.dofs > 4 * J {
-            return Err(ConfigError::Joints { need: short(counts.joints), have: short(J) });
+            let [need, have] = [counts.joints, J].map(saturating_u16);
+            return Err(ConfigError::Joints { need, have });
         }
         if counts.classes > C {
-            return Err(ConfigError::Classes { need: short(counts.classes), have: short(C) });
+            let [need, have] = [counts.classes, C].map(saturating_u16);
+            return Err(ConfigError::Classes { need, have });
         }
         config.check(K)?;
         if !config.method.is_available_in(&database) {

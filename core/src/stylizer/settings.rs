@@ -4,6 +4,7 @@ use super::Stylizer;
 use crate::{
     ConfigError,
     blob::layout::{MAX_GROUPS, MAX_STYLES},
+    error::saturating_u16,
     stylizer::style_mix::{GroupStyle, MAX_GROUP_STYLES, MAX_STRENGTH, StyleWeights, matches},
 };
 
@@ -205,9 +206,7 @@ fn checked_weight(weight: f32) -> Result<f32, ConfigError> {
 /// Refuses a number of an action, style or joint group of which the database has `have`.
 fn check_id(id: Option<u16>, have: usize) -> Result<(), ConfigError> {
     match id {
-        Some(id) if usize::from(id) >= have => {
-            Err(ConfigError::Unknown { id, have: u16::try_from(have).unwrap_or(u16::MAX) })
-        }
+        Some(id) if usize::from(id) >= have => Err(ConfigError::Unknown { id, have: saturating_u16(have) }),
         _ => Ok(()),
     }
 }

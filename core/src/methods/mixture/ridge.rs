@@ -146,12 +146,13 @@ mod tests {
     }
 
     #[test]
-    fn a_singular_system_and_any_extreme_give_finite_numbers() {
+    fn a_singular_system_and_any_extreme_are_held() {
         const M: i32 = (1 << ENTRY_BITS) - 1;
         for matrix in [[0; 6], [1; 6], [M; 6], [M, M, 0, 0, 0, 0], [0, 0, 0, 0, 0, M], [M, -M, M, M, -M, M]] {
             for right in [[0; 3], [M; 3], [-M, M, -M]] {
                 for v in [[0; 3], [i32::MAX; 3], [i32::MIN, 1, i32::MAX]] {
-                    let _ = System { matrix, right }.evaluate(v);
+                    let held = answer(&System { matrix, right }, v);
+                    assert!(held.abs() <= MOST_ANSWER + 1.0, "{matrix:?} {right:?} {v:?}: {held}");
                 }
             }
         }
