@@ -164,6 +164,8 @@ impl<'db> Reference<'db> {
         let led = (self.frames >= window).then(|| self.tracks[class][0] + self.tracks[class][1]);
         let (found, distance2, elsewhere) = self.project(&tables, &white, led);
         let rate = 1.0 / (f64::from(tables.seconds[0] + tables.seconds[1]) * motion::RATE_HZ);
+        // Whether it is elsewhere in its cycle.
+        let mut exchanged = false;
         let track = &mut self.tracks[class];
         if self.frames < window {
             *track = [found, rate, distance2];
@@ -176,6 +178,7 @@ impl<'db> Reference<'db> {
             }
             if off.abs() > 0.15 {
                 track[0] = found;
+                exchanged = tables.is_cyclic && off.abs() > 0.25;
             } else {
                 let led = led + 0.5 * off;
                 track[0] = if tables.is_cyclic { led.rem_euclid(1.0) } else { led.clamp(0.0, 1.0) };
@@ -198,8 +201,8 @@ impl<'db> Reference<'db> {
         let dofs = self.database.counts().dofs;
         // A first frame has nothing to settle from.
         let first = self.frames == 1;
-        self.jump =
-            if first || elsewhere { 1.0 } else { (self.jump - 1.0 / (0.3 * motion::RATE_HZ)).max(0.0) };
+        let now = if first || elsewhere { 1.0 } else { 0.5 * f64::from(u8::from(exchanged)) };
+        self.jump = (self.jump - 1.0 / (0.3 * motion::RATE_HZ)).max(now);
         let (ratio, second) = if tables.is_cyclic { (0.25, 0.0) } else { (1.0, 0.5) };
         let time = 0.5 * f64::from(PHASE.settle_s) * (ratio + 1.5 * self.jump);
         let [a, b] = [1.0 - second, second].map(|part| (-1.0 / (motion::RATE_HZ * part * time)).exp());

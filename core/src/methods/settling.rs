@@ -110,13 +110,13 @@ impl Jump {
     /// Before the first frame.
     pub const NEW: Self = Self { left: 0.0, nearest: 0 };
 
-    /// The `jump` of the [`Spring`] of a frame of `seconds`. `is_elsewhere` is true if the body is elsewhere in the clip;
-    /// `gesture` is the action of a class, `None` for gaits.
+    /// The `jump` of the [`Spring`] of a frame of `seconds`. `elsewhere` is 1 if the body is elsewhere in the clip, 0 if it
+    /// is where it was expected; `gesture` is the action of a class, `None` for gaits.
     pub fn follow(
         &mut self,
         (first, seconds): (bool, f32),
         shares: &[Share],
-        is_elsewhere: bool,
+        elsewhere: f32,
         gesture: impl Fn(usize) -> Option<u16>,
     ) -> f32 {
         let last = self.nearest;
@@ -125,7 +125,8 @@ impl Jump {
         self.nearest = clear.map_or(last, |share| share.class);
         let is_another = gesture(usize::from(last)) != gesture(usize::from(self.nearest));
         let later = if first { 0.0 } else { after_jump(self.left, seconds) };
-        self.left = if is_elsewhere || is_another && !first { 1.0 } else { later };
+        let now = if is_another && !first { 1.0 } else { elsewhere };
+        self.left = if now > later { now } else { later };
         self.left
     }
 }
@@ -212,20 +213,22 @@ mod tests {
         // Classes 0 and 1 are gaits, 2 and 3 one gesture in two styles, 4 another gesture.
         let gesture = |class| [None, None, Some(7), Some(7), Some(8)][class];
         let mut jump = Jump { left: 1.0, nearest: 4 };
-        let mut follow = |first, class, proportion, is_elsewhere| {
-            jump.follow((first, 0.1), &[Share { class, proportion }], is_elsewhere, gesture)
+        let mut follow = |first, class, proportion, elsewhere| {
+            jump.follow((first, 0.1), &[Share { class, proportion }], elsewhere, gesture)
         };
-        assert_eq!(follow(true, 0, 0.5, false), 0.0, "a stream begins");
-        assert_eq!(follow(false, 1, 0.9, false), 0.0, "another gait");
-        assert_eq!(follow(false, 2, 0.6, false), 0.0, "a gesture that is not clear");
-        assert_eq!(follow(false, 2, 0.7, false), 1.0, "a gesture after a gait");
-        assert!((follow(false, 3, 0.7, false) - 2.0 / 3.0).abs() < 1e-6, "another style of it");
-        assert_eq!(follow(false, 3, 0.7, true), 1.0, "elsewhere in its clip");
-        assert!(follow(false, 4, 0.5, false) < 1.0, "another one that is not clear");
-        assert_eq!(follow(false, 4, 1.0, false), 1.0, "another one");
-        assert!(follow(false, 4, 1.0, false) < 1.0, "the same again");
-        assert_eq!(follow(false, 0, 1.0, false), 1.0, "a gait after a gesture");
-        assert_eq!(follow(true, 4, 1.0, true), 1.0, "a stream that begins with a jump");
+        assert_eq!(follow(true, 0, 0.5, 0.0), 0.0, "a stream begins");
+        assert_eq!(follow(false, 1, 0.9, 0.0), 0.0, "another gait");
+        assert_eq!(follow(false, 2, 0.6, 0.0), 0.0, "a gesture that is not clear");
+        assert_eq!(follow(false, 2, 0.7, 0.0), 1.0, "a gesture after a gait");
+        assert!((follow(false, 3, 0.7, 0.0) - 2.0 / 3.0).abs() < 1e-6, "another style of it");
+        assert_eq!(follow(false, 3, 0.7, 0.5), 0.5, "half a jump");
+        assert_eq!(follow(false, 3, 0.7, 1.0), 1.0, "elsewhere in its clip");
+        assert!(follow(false, 3, 0.7, 0.5) > 0.6, "half a jump after a whole one");
+        assert!(follow(false, 4, 0.5, 0.0) < 1.0, "another one that is not clear");
+        assert_eq!(follow(false, 4, 1.0, 0.0), 1.0, "another one");
+        assert!(follow(false, 4, 1.0, 0.0) < 1.0, "the same again");
+        assert_eq!(follow(false, 0, 1.0, 0.0), 1.0, "a gait after a gesture");
+        assert_eq!(follow(true, 4, 1.0, 1.0), 1.0, "a stream that begins with a jump");
     }
 
     #[test]

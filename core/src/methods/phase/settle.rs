@@ -38,21 +38,21 @@ impl<const J: usize> Settled<J> {
     /// A constant of zeros, which every optimisation level writes in place.
     pub const NEW: Self = Self { steps: [[0; 3]; J], jump: Jump::NEW };
 
-    /// Settles `signals.predicted`. `has_jumped` is true if the stream begins or leaps, or the body is elsewhere in the
-    /// clip of the nearest class than the last frame led to.
+    /// Settles `signals.predicted`. `elsewhere` is 1 if the stream begins or leaps, or the body is elsewhere in the
+    /// clip of the nearest class than the last frame led to, and less if it is elsewhere in a cycle.
     #[inline(never)]
     pub fn settle(
         &mut self,
         frame: Frame<'_, '_>,
         signals: &mut Signals<J>,
         shares: &Shares,
-        has_jumped: bool,
+        elsewhere: f32,
     ) {
         let Frame { database, config, first, .. } = frame;
         let seconds = 1.0 / database.rate_hz();
         let is_gait = |class| database.phase_tables(class).is_cyclic;
         let gesture = |class| (!is_gait(class)).then(|| database.class(class).action);
-        let jump = self.jump.follow((first, seconds), shares, has_jumped, gesture);
+        let jump = self.jump.follow((first, seconds), shares, elsewhere, gesture);
         if first {
             self.steps = [[0; 3]; J];
             return;

@@ -47,6 +47,8 @@ const FAR_MARGIN: f32 = 0.5 * KERNEL_WIDTH;
 /// A frame's distance counts as at most this many times the sum of the filtered one and `KERNEL_WIDTH`. A wrong frame may be
 /// so far from every class that the filter would need seconds to forget it.
 const MAX_RISE_RATIO: f32 = 10.0;
+/// What a new place in a cycle counts beside a jump to another part of a clip. More lets the effect of a wrong pose last.
+const CYCLE_JUMP: f32 = 0.5;
 /// Half-life of the mean forward speed and yaw rate, seconds.
 const DRIFT_HALF_LIFE_S: f32 = 0.25;
 /// Factor on the slopes. They were fitted to means of cycles; the drift of a stream is noisier.
@@ -143,7 +145,8 @@ impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
             self.init_history(frame, context.signals, context.report);
         }
         self.follow_drift(frame, context.signals.x.as_flattened());
-        self.mix(frame, context.signals, context.report, tracked.has_jumped || self.age == 0);
+        let elsewhere = if self.age == 0 { 1.0 } else { tracked.elsewhere };
+        self.mix(frame, context.signals, context.report, elsewhere);
         context.observer.stage(Stage::Rest);
     }
 
@@ -179,8 +182,9 @@ impl Schedule {
 struct Tracked {
     /// Smoothed distance of the farthest class that has weight.
     farthest_kept: f32,
-    /// Whether the body is elsewhere in the clip of the nearest class than the last frame led to.
-    has_jumped: bool,
+    /// 1 if the body is elsewhere in the clip of the nearest class than the last frame led to, [`CYCLE_JUMP`] if it is
+    /// elsewhere in its cycle, otherwise 0.
+    elsewhere: f32,
 }
 
 /// Distance and phase of every class that the labels allow, and their proportions.
@@ -195,7 +199,7 @@ fn track(
     report: &mut Report,
 ) -> Tracked {
     let Frame { database, config, settings, first } = frame;
-    let (mut least, mut has_jumped) = (f32::INFINITY, false);
+    let (mut least, mut nearest_elsewhere) = (f32::INFINITY, 0.0);
     let rate_hz = database.rate_hz();
     let classes = database.counts().classes;
     let tables_of = database.all_phase_tables();
@@ -214,6 +218,7 @@ fn track(
         report.visits +=
             tables.feature_knots as u32 + expected.as_ref().map_or(0, |knots| knots.len() as u32);
         let found = query.project(&tables, expected);
+        let mut elsewhere = if found.is_expected { 0.0 } else { 1.0 };
         let most = MAX_RISE_RATIO * (*distance + KERNEL_WIDTH);
         let rise = if found.distance2 < most { found.distance2 } else { most } - *distance;
         if is_new {
@@ -223,11 +228,13 @@ fn track(
             track.phase = found.phase;
             *distance += FAR_DISTANCE_GAIN * rise;
         } else {
-            track.follow(&tables, found.phase, rate_hz);
+            if track.follow(&tables, found.phase, rate_hz) && tables.is_cyclic {
+                elsewhere = CYCLE_JUMP;
+            }
             *distance += schedule.gain * rise;
         }
         if *distance < least {
-            (least, has_jumped) = (*distance, !found.is_expected);
+            (least, nearest_elsewhere) = (*distance, elsewhere);
         }
         report.bytes_read += tables.parts().input as u32;
     }
@@ -245,7 +252,7 @@ fn track(
         share.and_then(|s| distances.get(usize::from(s.class))).copied().unwrap_or(0.0)
     };
     report.distance2 = distance_of(report.classes.first());
-    Tracked { farthest_kept: distance_of(report.classes.last()), has_jumped }
+    Tracked { farthest_kept: distance_of(report.classes.last()), elsewhere: nearest_elsewhere }
 }
 
 impl<const J: usize, const C: usize> Phase<J, C> {
@@ -273,10 +280,10 @@ impl<const J: usize, const C: usize> Phase<J, C> {
         }
     }
 
-    /// The mix of the classes' outputs, the time step and the contacts. `has_jumped` is that of [`Tracked`], and true where a
+    /// The mix of the classes' outputs, the time step and the contacts. `elsewhere` is that of [`Tracked`], and 1 where a
     /// stream begins or leaps.
     #[inline(never)]
-    fn mix(&mut self, frame: Frame<'_, '_>, signals: &mut Signals<J>, report: &mut Report, has_jumped: bool) {
+    fn mix(&mut self, frame: Frame<'_, '_>, signals: &mut Signals<J>, report: &mut Report, elsewhere: f32) {
         let Frame { database, settings, .. } = frame;
         let dofs = database.counts().dofs;
         let x = signals.x.as_flattened().get(..dofs).unwrap_or(&[]);
@@ -327,7 +334,7 @@ impl<const J: usize, const C: usize> Phase<J, C> {
             }
         }
         mixed.finish(x, predicted);
-        self.settled.settle(frame, signals, &report.classes, has_jumped);
+        self.settled.settle(frame, signals, &report.classes, elsewhere);
         report.contact_likelihood = likelihood;
         if step_s > 0.0 {
             report.predicted_step_s = step_s;

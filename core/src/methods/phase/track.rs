@@ -31,6 +31,8 @@ const FINE: i32 = 8;
 const MOST_STEPS: f32 = 255.0;
 /// Error of the tracked phase beyond which the projected phase replaces it.
 const MAX_PHASE_ERROR: f32 = 0.15;
+/// Error beyond which the body counts as elsewhere in its cycle: its legs are exchanged rather than out of step.
+const JUMP_ERROR: f32 = 0.25;
 /// Frames, at the mean pace of a whole clip, by which its phase may be off from what is expected before the body counts as
 /// elsewhere in the clip.
 const NEAR_FRAMES: f32 = 3.0;
@@ -220,8 +222,8 @@ impl Track {
         Some(middle.saturating_sub(near)..(middle + near).min(last) + 1)
     }
 
-    /// Updates the track with the phase projected in a frame.
-    pub fn follow(&mut self, tables: &PhaseTables<'_>, phase: f32, rate_hz: f32) {
+    /// Updates the track with the phase projected in a frame. Returns whether the body is elsewhere in its cycle.
+    pub fn follow(&mut self, tables: &PhaseTables<'_>, phase: f32, rate_hz: f32) -> bool {
         let frames = clamp(GAINS_HZ / rate_hz, 0.0, 2.0);
         let wrap = |p: f32| {
             if !tables.is_cyclic {
@@ -251,5 +253,6 @@ impl Track {
             self.phase = wrap(expected + 0.5 * frames * error);
             self.rate = clamp(self.rate + 0.05 * frames * error, 0.0, MOST_RATE_HZ / rate_hz);
         }
+        abs(error) > JUMP_ERROR
     }
 }
