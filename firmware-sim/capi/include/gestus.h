@@ -67,10 +67,11 @@
 // The input moved faster than any body can; reported under every policy of safety.
 #define GESTUS_DEGRADED_LEAP 128
 
-// The input is unlike the database: at least half of it was passed on unchanged.
+// The input is unlike the database: at least half of it was passed through unchanged.
 #define GESTUS_DEGRADED_FAR 256
 
-// The frame before was wrong, and was used: a joint left by more than 6 rad/s and came back by as much in this frame.
+// The frame before was wrong, and was used: a joint or the heading left by more than 6 rad/s, or the root's height by
+// more than 3 m/s, and came back by as much in this frame.
 #define GESTUS_DEGRADED_SPIKE 512
 
 // The result of a function. With any status but `GESTUS_STATUS_OK` nothing was changed, unless the function's docs say
@@ -192,8 +193,8 @@ typedef enum GestusParameter {
   // longer to forget an error; from about 1 on raw variables it is the neighbors' mean. 0.000000001 to 1000000.
   // Default 0.1.
   GESTUS_PARAMETER_LAMBDA = 1,
-  // Variables of the ridge. `norm` is better for pairs that were recorded or made as pairs; with it set λ and the
-  // penalty on the feedback too, as `Config::normalised` does. 0 raw, 1 norm. Default 0.
+  // Variables of the ridge. `norm` is better for motion that was recorded or made in pairs. Set λ and the feedback
+  // penalty together with it, as `Config::normalised` does. 0 raw, 1 norm. Default 0.
   GESTUS_PARAMETER_RIDGE = 2,
   // Width δ of the mixing kernel (Xia 2015, eq. 4). Wider mixes more classes, costs more and blurs the action; Xia
   // 2015 has 0.7. 0.001 to 1000. Default 0.2.
@@ -201,8 +202,8 @@ typedef enum GestusParameter {
   // Weight of the classes that may be dropped from a frame's mixture. More is faster, and joints may jump where a
   // class comes or goes. 0 to 0.99999994. Default 0.1.
   GESTUS_PARAMETER_PRUNE = 4,
-  // Most classes in a frame's mixture. It bounds the slowest frame; a frame that reaches it reports `CLASSES`. 1 to
-  // 8. Default 4.
+  // Most classes in a frame's mixture, which bounds the slowest frame. A frame in which it cuts off more weight than
+  // `prune` allows reports `CLASSES`. 1 to 8. Default 4.
   GESTUS_PARAMETER_CLASSES = 5,
   // Half width κ of the interval about the neighbors' mean inside which the input is trusted, in standard deviations
   // of the neighbors (Xia 2015, eq. 6). Wider passes less of an unusual gesture on to the output. 0 to 1000000.
@@ -217,8 +218,8 @@ typedef enum GestusParameter {
   // Frames that the search keeps as candidates; at least `k` are kept. More find more of the true neighbors and
   // visit more. 1 to 64. Default 20.
   GESTUS_PARAMETER_POOL = 9,
-  // A class is searched anew where its mean squared distance is this many times the last frame's. Lower notices a
-  // jump sooner, and searches anew without need. 1 to 1000000000. Default 4.
+  // The search of a class restarts where its mean squared distance is this many times the last frame's. Lower
+  // notices a jump sooner, and restarts more often without need. 1 to 1000000000. Default 4.
   GESTUS_PARAMETER_JUMP = 10,
   // Policy for the output's time. `free` is for files; a robot that takes a pose each tick wants `sync`. 0 free, 1
   // sync. Default 0.
@@ -229,12 +230,12 @@ typedef enum GestusParameter {
   // Where the output's heading comes from. A predicted heading drifts from the input's in turns. 0 input, 1
   // predicted. Default 0.
   GESTUS_PARAMETER_YAW = 13,
-  // How far kc a linear model is trusted, in standard deviations of its inputs (Hsu 2005, eq. 8). Of some sixty dofs
-  // one is always two or three deviations out: less makes the model come and go, which is seen. 0.001 to 1000000.
-  // Default 5.
+  // kc: how far a linear model is trusted, in standard deviations of its inputs (Hsu 2005, eq. 8). One of some sixty
+  // dofs is always two or three deviations out, so a smaller value makes the model visibly come and go. 0.001 to
+  // 1000000. Default 5.
   GESTUS_PARAMETER_CONFIDENCE = 14,
-  // How sharply kp a linear model gives way to the input beyond that (Hsu 2005, eq. 8). Sharper switches, softer
-  // mixes the input in everywhere. 0.001 to 1000. Default 8.
+  // kp: how sharply a linear model gives way to the input beyond kc (Hsu 2005, eq. 8). A large value switches; a
+  // small one mixes the input in everywhere. 0.001 to 1000. Default 8.
   GESTUS_PARAMETER_PREFERENCE = 15,
   // Half-life of the input's running statistics in statistical transfer, seconds; 0 takes those of the database.
   // Short ones follow a performer that differs from the database, and forget slow motion. 0 to 1000000. Default 0.
@@ -242,20 +243,20 @@ typedef enum GestusParameter {
   // The method of translation. The database has to hold what it needs; a running stream begins anew with it. 0 mar,
   // 1 lti, 2 statistic, 3 phase. Default 0.
   GESTUS_PARAMETER_METHOD = 17,
-  // Whether feet that stand are held where they stand. Without it feet slide by some 10 cm/s. 0 no, 1 yes. Default
+  // Whether feet that stand are held where they stand. Without it feet slide by 12 to 18 cm/s. 0 no, 1 yes. Default
   // 1.
   GESTUS_PARAMETER_CONTACTS = 18,
   // The output where the input is late, out of order, no pose, or leaps. A robot wants `hold` or `rest`. 0 follow, 1
   // hold, 2 rest. Default 0.
   GESTUS_PARAMETER_SAFETY = 19,
-  // A held foot takes a step where it lies further than this from where the prediction has it, metres. Less steps
-  // more often, more stretches legs. 0.01 to 1. Default 0.2.
+  // Distance from its predicted place beyond which a held foot takes a step, metres. Less steps more often, more
+  // stretches legs. 0.01 to 1. Default 0.2.
   GESTUS_PARAMETER_RELEASE = 20,
   // Shortest time in which a foot that leaves the floor returns to where the prediction has it, seconds. Less is
   // seen as a jerk, more drags feet. 0.01 to 2. Default 0.2.
   GESTUS_PARAMETER_EASE = 21,
-  // How many times λ the coefficient of the last output is penalised with; 1 in Xia 2015. More forgets an error
-  // sooner at a small λ, and makes the output rougher. 0.001 to 1000000. Default 1.
+  // Penalty on the coefficient of the last output, as a multiple of λ; 1 in Xia 2015. More forgets an error sooner
+  // at a small λ, and makes the output rougher. 0.001 to 1000000. Default 1.
   GESTUS_PARAMETER_FEEDBACK = 22,
   // How fast a joint of the output may turn, in multiples of the input's fastest joint of the last seconds; 0 sets
   // no limit. Lower holds quick gestures of the style back. 1 to 100, or 0 for none. Default 1.2.
@@ -270,27 +271,29 @@ typedef enum GestusParameter {
   // 0.1.
   GESTUS_PARAMETER_STILL_SPEED = 25,
   // Input whose mean squared distance is more than this many times that of the clips that the builder left out, or
-  // whose root goes much faster or slower than theirs, is unlike the database: it is passed on unchanged, in part
-  // from here and whole from half as much more on, and the report says `FAR`. In the first half second it takes 2.5
-  // times this distance, and the speed does not count. 0 gives every input the style. Less passes unusual motion of
-  // known actions on, more gives unknown actions a style that spoils them. 1 to 100, or 0 for none. Default 6.
+  // whose root goes much faster or slower than theirs, is unlike the database. It is passed through unchanged: in
+  // part from this value on, entirely from 1.5 times it on. The report says `FAR` where at least half is passed
+  // through. In the first half second of a stream the limit is 2.5 times this value, and the speed does not count. 0
+  // gives every input the style. Less also passes unusual motion of known actions through, more gives unknown
+  // actions a style that spoils them. 1 to 100, or 0 for none. Default 6.
   GESTUS_PARAMETER_TRUST = 26,
   // How much the output's cycles differ, as a multiple of what ρ keeps of the input's own character, scaled by how
   // much clips of the style differ beside those of the input's. Less is nearer to the style's mean, more is livelier
   // and further from any one clip. 0 keeps ρ in every style, as Xia 2015 does. 0.01 to 4, or 0 for none. Default 0.
   GESTUS_PARAMETER_LIVELINESS = 27,
   // Time in which the output settles on the prediction, seconds, so that it does not jump where other neighbors or
-  // classes take part. Meanwhile the mixture's output moves as those of its neighbors move, so it does not lag.
-  // Nothing leads that of tables by phase, so it settles in half of the time. A gait that has all the weight takes a
-  // quarter of it. The time is longer where the body jumps to another part of a clip or begins another action. More
-  // is smoother, and takes longer to take up a change; 0 puts the prediction out as it is, as Xia 2015 does. 0.01 to
-  // 10, or 0 for none. Default 0.1.
+  // classes take part. Meanwhile the mixture's output moves as those of its neighbors move, so it does not lag. The
+  // output of tables by phase has no neighbors to follow, so it settles in half of the time. A gait that has all the
+  // weight takes a quarter of the time. The time is longer where the body jumps to another part of a clip or begins
+  // another action. Of linear models, the part of the input that is blended in settles. More is smoother, and takes
+  // longer to take up a change; 0 puts the prediction out as it is, as Xia 2015 and Hsu 2005 do. 0.01 to 10, or 0
+  // for none. Default 0.1.
   GESTUS_PARAMETER_SETTLE = 28,
-  // How much further than the nearest frames those may be that follow the last ones in clips of a whole action, as a
-  // multiple of the distance of the clips that the builder left out. They keep the repetitions of a wave apart,
-  // whose outputs cancel otherwise. More keeps to the order of the clips, and is slower to notice that the body is
-  // elsewhere in them; less flattens waves. 0 takes the nearest frames, as Xia 2015 does. 0.01 to 100, or 0 for
-  // none. Default 1.
+  // In clips of a whole action, the frames that come after the last ones are preferred to the nearest. They may be
+  // further by this multiple of the distance of the clips that the builder left out. They keep the repetitions of a
+  // wave apart, whose outputs cancel otherwise. More keeps to the order of the clips, and is slower to notice that
+  // the body is elsewhere in them; less flattens waves. 0 takes the nearest frames, as Xia 2015 does. 0.01 to 100,
+  // or 0 for none. Default 1.
   GESTUS_PARAMETER_FOLLOW = 29,
 } GestusParameter;
 
@@ -373,7 +376,7 @@ typedef struct GestusReport {
   // Mean squared distance of the nearest class's neighbors, weighted square metres: how far the input is from the
   // data.
   float distance2;
-  // Part of the input that was passed on because it is unlike the database, 0 to 1.
+  // Part of the input that was passed through because it is unlike the database, 0 to 1.
   float passed;
   // Distances computed.
   uint32_t visits;
