@@ -11,7 +11,7 @@
 
 use std::{collections::BTreeMap, ops::RangeInclusive, path::Path};
 
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer, de::Error as _};
 use thiserror::Error;
 
 use crate::retarget::{axis, parts::Part};
@@ -55,21 +55,37 @@ pub enum MapFileError {
     Part { file: String, word: String, parts: String },
     #[error("{file}: {word} = \"\": every body has this part: name its joint, or leave the line out")]
     Needed { file: String, word: String },
-    #[error("{file}: rest = \"{word}\": zero or motion")]
-    Rest { file: String, word: String },
-    #[error("{file}: floor = {metres}: {}", expected_floor())]
-    Floor { file: String, metres: f64 },
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Raw {
+    #[serde(default, deserialize_with = "floor")]
     floor: Option<f64>,
     #[serde(default, deserialize_with = "axis::deserialize")]
     up: Option<(usize, f64)>,
-    rest: Option<String>,
+    rest: Option<Rest>,
     #[serde(default)]
     joints: BTreeMap<String, String>,
+}
+
+/// What zero rotations are.
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Rest {
+    /// An upright body.
+    Zero,
+    /// Any pose: the motion shows the axes.
+    Motion,
+}
+
+/// Reads the height of a floor; the reader names the line.
+fn floor<'d, D: Deserializer<'d>>(from: D) -> Result<Option<f64>, D::Error> {
+    let metres = f64::deserialize(from)?;
+    if FLOORS_M.contains(&metres) {
+        return Ok(Some(metres));
+    }
+    Err(D::Error::custom(format!("{metres} is no height of a floor: {}", expected_floor())))
 }
 
 impl MapFile {
@@ -108,15 +124,7 @@ impl MapFile {
             }
             joints.insert(part, Some(joint).filter(|j| !j.is_empty()));
         }
-        let upright = match raw.rest.as_deref() {
-            None => None,
-            Some("zero") => Some(true),
-            Some("motion") => Some(false),
-            Some(word) => return Err(MapFileError::Rest { file, word: word.to_owned() }),
-        };
-        if let Some(metres) = raw.floor.filter(|metres| !FLOORS_M.contains(metres)) {
-            return Err(MapFileError::Floor { file, metres });
-        }
+        let upright = raw.rest.map(|rest| matches!(rest, Rest::Zero));
         Ok(Self { joints, floor_m: raw.floor, up: raw.up, upright, has_y_up: false })
     }
 }
@@ -143,10 +151,10 @@ mod tests {
         for (text, words) in [
             ("[joints]\ntail = \"x\"", vec!["m.toml", "tail", "left-foot"]),
             ("\nup = \"north\"", vec!["m.toml", "line 2", "north", "-z"]),
-            ("rest = \"bed\"", vec!["m.toml", "bed"]),
+            ("rest = \"bed\"", vec!["m.toml", "line 1", "bed", "motion"]),
             ("[joints]\nhips = \"\"", vec!["m.toml", "hips", "every body"]),
             ("turn = 3", vec!["m.toml", "turn"]),
-            ("floor = nan", vec!["m.toml", "NaN", "10000000"]),
+            ("\n\nfloor = nan", vec!["m.toml", "line 3", "NaN", "10000000"]),
             ("[joints\n", vec!["m.toml"]),
         ] {
             let message = MapFile::parse(text, "m.toml").unwrap_err().to_string();
