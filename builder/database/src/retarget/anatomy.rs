@@ -53,6 +53,9 @@ pub struct Anatomy {
 /// Least mean bend of an elbow or knee that determines its axis: sine of 4 degrees.
 const LEAST_BEND: f64 = 0.07;
 
+/// Least cosine of the angle between the trunk and the way to the joint that a joint of the spine points to: 60 degrees.
+const UPWARDS: f64 = 0.5;
+
 /// Height of a foot over the other's, in legs, from which on it stands nowhere in a sample of less than a stride. In a whole
 /// walk of cmu the two differ by 0.022. Ankles whose heights vary by less take no stride.
 const LIFTED: f64 = 0.04;
@@ -176,11 +179,11 @@ impl Measure<'_> {
             };
             // Along the bone to the next joint that is elsewhere, as it lies in the motion: a pelvis may be tilted and
             // a joint of no length above it tilt back, and then its own axes say nothing about the spine. And towards
-            // the head where the body is straight: the root of some rigs lies above the first joint of the spine.
+            // the head where the body is straight: the root of some rigs lies above the first joint of the spine, or before it.
             let next = chain[i + 1..].iter().copied().find(|&n| {
                 let to = |w: &World| w.places[n] - w.places[j];
                 self.mean(|w| to(w).norm()) > 0.02 * self.body.leg_m
-                    && straight.is_none_or(|w| to(w).dot(&tall(w)) >= 0.0)
+                    && straight.is_none_or(|w| to(w).dot(&tall(w)) >= UPWARDS * to(w).norm() * tall(w).norm())
             });
             let up = match (next, self.zero) {
                 (Some(n), _) => self.seen(j, |w| w.places[n] - w.places[j]),

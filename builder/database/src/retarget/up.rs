@@ -74,7 +74,7 @@ pub fn doubt(clip: &Clip, file: &MapFile) -> Option<String> {
     let (shown, up) = (name(shown), name(up));
     if shown != up {
         Some(format!(
-            "its feet are off the hips along {shown} throughout, and up is {up}: if it does not lie, say --up {shown}"
+            "its feet are off the hips along {shown} on average, and up is {up}: if it does not lie, say --up {shown}"
         ))
     } else {
         turned.then(|| {
