@@ -143,8 +143,8 @@ macro_rules! parameters {
 parameters! {
     /// Neighbors of each class that the local models are fitted to. More of them average more: smoother, but each step
     /// becomes the same step. Fewer follow the input more closely and are rougher; 40 is the value of Xia 2015. At most
-    /// the stylizer's `K`.
-    0 K k: u16 = 8, [1.0 to 64.0], &[Method::Mar];
+    /// the stylizer's `K`, whose memory every method has, though only the mixture looks at neighbors.
+    0 K k: u16 = 8, [1.0 to 64.0], &Method::ALL;
     /// Weight λ of the ridge (Xia 2015, section 5.1). Less lets a class's slopes count more, and the output may take
     /// longer to forget an error; from about 1 on raw variables it is the neighbors' mean.
     1 LAMBDA lambda: f32 = 0.1, [1e-9 to 1e6], &[Method::Mar];
@@ -211,7 +211,7 @@ parameters! {
     23 SPEED_LIMIT speed_limit: f32 = 1.2, [0 or 1.0 to 100.0], &Method::ALL;
     /// Half width κy of the interval about the neighbors' mean that an output stays in, in standard deviations of the dof
     /// over the database; Xia 2015 has none. Wider lets outputs that feed each other run away from every example.
-    24 OUTPUT_KAPPA output_kappa: f32 = 2.0, [0.0 to 1e6], &[Method::Mar];
+    24 OUTPUT_KAPPA output_kappa: f32 = 0.25, [0.0 to 1e6], &[Method::Mar];
     /// A body stands where its fastest joint turns slower than this, rad/s, and its root moves by less than 0.2 m times
     /// that a second; the output then stands too. 0 for never: the output of a pose that is held may glide on. More stops
     /// slow motion of the style, less takes the noise of a sensor for motion.

@@ -187,7 +187,8 @@ typedef enum GestusMethod {
 typedef enum GestusParameter {
   // Neighbors of each class that the local models are fitted to. More of them average more: smoother, but each step
   // becomes the same step. Fewer follow the input more closely and are rougher; 40 is the value of Xia 2015. At most
-  // the stylizer's `K`. 1 to 64. Default 8.
+  // the stylizer's `K`, whose memory every method has, though only the mixture looks at neighbors. 1 to 64. Default
+  // 8.
   GESTUS_PARAMETER_K = 0,
   // Weight λ of the ridge (Xia 2015, section 5.1). Less lets a class's slopes count more, and the output may take
   // longer to forget an error; from about 1 on raw variables it is the neighbors' mean. 0.000000001 to 1000000.
@@ -263,7 +264,7 @@ typedef enum GestusParameter {
   GESTUS_PARAMETER_SPEED_LIMIT = 23,
   // Half width κy of the interval about the neighbors' mean that an output stays in, in standard deviations of the
   // dof over the database; Xia 2015 has none. Wider lets outputs that feed each other run away from every example. 0
-  // to 1000000. Default 2.
+  // to 1000000. Default 0.25.
   GESTUS_PARAMETER_OUTPUT_KAPPA = 24,
   // A body stands where its fastest joint turns slower than this, rad/s, and its root moves by less than 0.2 m times
   // that a second; the output then stands too. 0 for never: the output of a pose that is held may glide on. More
