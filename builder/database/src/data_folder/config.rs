@@ -253,12 +253,12 @@ impl Config {
         Ok(config)
     }
 
-    /// The configuration of a data folder: its `gestus.toml`, or the defaults if it has none.
+    /// The configuration of a data folder: its `gestus.toml`, or the defaults if it has none. Its clips are in the folder,
+    /// whatever the file has as `data`.
     pub fn of_folder(folder: &Path) -> Result<Config, AnnotateError> {
         let path = folder.join(FILE_NAME);
-        let mut config = if path.is_file() { Config::read(&path)? } else { Config::default() };
-        config.data.get_or_insert_with(|| folder.to_path_buf());
-        Ok(config)
+        let config = if path.is_file() { Config::read(&path)? } else { Config::default() };
+        Ok(Config { data: Some(folder.to_path_buf()), ..config })
     }
 
     /// The unit of length, if given.

@@ -149,10 +149,12 @@ fn a_file_is_of_the_class_that_its_path_below_the_folder_says() {
 fn a_configuration_is_about_the_folder_that_it_is_in() {
     let folder = std::env::temp_dir().join(format!("gestus-annotate-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
-    let file = folder.join("mine.toml");
+    let file = folder.join(FILE_NAME);
     for (text, data) in [("", folder.clone()), ("data = 'clips'", folder.join("clips"))] {
         std::fs::write(&file, text).unwrap();
         assert_eq!(Config::read(&file).unwrap().data, Some(data), "{text}");
+        // As the file of a folder of clips, it is about that folder.
+        assert_eq!(Config::of_folder(&folder).unwrap().data, Some(folder.clone()), "{text}");
     }
     std::fs::remove_dir_all(&folder).unwrap();
 }
