@@ -26,7 +26,7 @@ use crate::{
     blob::layout::dof,
     body::{pose::Anchor, two_bone_ik::Chain},
     config::Safety,
-    math::{abs, clamp, exp, quaternion},
+    math::{abs, clamp, decay, quaternion},
     output::{
         foot_lock::lowest,
         retime::interpolate,
@@ -180,7 +180,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         *output = last;
         if self.config.safety == Safety::Rest {
             // Held feet move to rest with the body.
-            let part = 1.0 - exp(-step_s / REST_S);
+            let part = 1.0 - decay(step_s, REST_S);
             *output = interpolate(&last, &self.at_rest(&last), part);
             self.stand(step_s, output);
             self.last = Some(*output);

@@ -228,7 +228,7 @@ fn track(
             track.phase = found.phase;
             *distance += FAR_DISTANCE_GAIN * rise;
         } else {
-            if track.follow(&tables, found.phase, rate_hz) && tables.is_cyclic {
+            if track.follow(&tables, found.phase, rate_hz) {
                 elsewhere = CYCLE_JUMP;
             }
             *distance += schedule.gain * rise;

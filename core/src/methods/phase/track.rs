@@ -253,6 +253,6 @@ impl Track {
             self.phase = wrap(expected + 0.5 * frames * error);
             self.rate = clamp(self.rate + 0.05 * frames * error, 0.0, MOST_RATE_HZ / rate_hz);
         }
-        abs(error) > JUMP_ERROR
+        tables.is_cyclic && abs(error) > JUMP_ERROR
     }
 }
