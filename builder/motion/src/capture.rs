@@ -18,7 +18,7 @@ use walkdir::WalkDir;
 
 use crate::animation::{Animation, Joint, Recording};
 use crate::files::{self, FileError, MOST_MOTION};
-pub use crate::format::{EndingError, Format, file_of};
+pub use crate::format::{EndingError, Format, file_and_animation, file_of};
 
 use crate::format::is_gltf;
 use crate::formats::{
@@ -305,9 +305,7 @@ pub fn clips(path: &Path) -> Result<Vec<(PathBuf, Document)>, CaptureError> {
 /// # Errors
 /// [`CaptureError`] if it can't be read, or holds several animations and none is named.
 pub fn read(path: &Path) -> Result<Document, CaptureError> {
-    let file = file_of(path);
-    let text = path.to_string_lossy();
-    let wanted = text.split_once('#').map(|(_, name)| name).filter(|_| file != path);
+    let (file, wanted) = file_and_animation(path);
     match format_of(file)? {
         Format::Gltf => Ok(Document::Gltf(Box::new(gltf::read_one(file, wanted)?))),
         Format::Bvh => Ok(Document::Bvh(read_bvh(path)?)),

@@ -107,8 +107,14 @@ impl Format {
 
 /// The file of a clip's path, without the name of an animation after a `#`.
 pub fn file_of(path: &Path) -> &Path {
-    let file = path.to_str().and_then(|text| text.split_once('#')).map(|(file, _)| Path::new(file));
-    file.filter(|file| !path.exists() && is_gltf(file)).unwrap_or(path)
+    file_and_animation(path).0
+}
+
+/// The file of a clip's path, and the name of an animation after a `#`.
+pub fn file_and_animation(path: &Path) -> (&Path, Option<&str>) {
+    let parts = path.to_str().and_then(|text| text.split_once('#'));
+    let parts = parts.map(|(file, name)| (Path::new(file), Some(name)));
+    parts.filter(|(file, _)| !path.exists() && is_gltf(file)).unwrap_or((path, None))
 }
 
 /// An output whose ending can't be written.

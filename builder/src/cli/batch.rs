@@ -8,7 +8,7 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use gestus_motion::{
-    capture::{CaptureError, Format, file_of, motion_files},
+    capture::{CaptureError, Format, file_and_animation, motion_files},
     formats::gltf::GltfErrorKind,
 };
 use serde_json::{Value, json};
@@ -72,12 +72,13 @@ pub fn clips(inputs: &[&PathBuf], output: &Path) -> Result<Option<Vec<Clip>>> {
 /// A file, one animation of a file, or the clips below a folder, named by their paths below it.
 fn of_path(path: &Path, output: &Path, clips: &mut Vec<Clip>) -> Result<()> {
     if !path.is_dir() {
-        let file = file_of(path);
+        let (file, animation) = file_and_animation(path);
         let name = output_name(Path::new(file.file_name().unwrap_or_default()), file);
         let clip = Clip { input: file.to_path_buf(), name };
-        let text = path.to_string_lossy();
-        let animation = text.split_once('#').filter(|_| file != path);
-        clips.push(animation.map_or(clip.clone(), |(_, name)| clip.animation(name)));
+        clips.push(match animation {
+            Some(name) => clip.animation(name),
+            None => clip,
+        });
         return Ok(());
     }
     let (files, errors) = motion_files(path)?;
