@@ -66,10 +66,7 @@ impl FromStr for Faults {
                 _ => return Err(item.unknown("drop, repeat, delay, corrupt and seed")),
             }
         }
-        if list::items(text).all(|item| item.name == "seed") {
-            let expected = "drop, repeat, delay and corrupt".into();
-            return Err(ListError::Nothing { list: text.to_owned(), expected });
-        }
+        list::check_faults(text, "drop, repeat, delay and corrupt")?;
         Ok(faults)
     }
 }

@@ -34,6 +34,17 @@ pub fn items(list: &str) -> impl Iterator<Item = Item<'_>> {
     list.split(',').map(Item::new).filter(|item| !item.text.is_empty())
 }
 
+/// Refuses a list of faults that has none: nothing, or the `seed` of their random numbers alone. `expected` are the faults.
+///
+/// # Errors
+/// [`ListError::Nothing`].
+pub fn check_faults(list: &str, expected: &str) -> Result<(), ListError> {
+    if items(list).any(|item| item.name != "seed") {
+        return Ok(());
+    }
+    Err(ListError::Nothing { list: list.to_owned(), expected: expected.to_owned() })
+}
+
 impl<'a> Item<'a> {
     /// Splits one item.
     pub fn new(text: &'a str) -> Self {

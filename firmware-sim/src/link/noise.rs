@@ -71,10 +71,7 @@ impl FromStr for Noise {
             };
             *slot = item.number(0.0..=1.0, PROBABILITY)?;
         }
-        if list::items(text).all(|item| item.name == "seed") {
-            let expected = "lose, double, corrupt, drop, repeat, cut and delay".into();
-            return Err(ListError::Nothing { list: text.to_owned(), expected });
-        }
+        list::check_faults(text, "lose, double, corrupt, drop, repeat, cut and delay")?;
         Ok(noise)
     }
 }
