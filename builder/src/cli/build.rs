@@ -21,7 +21,6 @@ use gestus_database::{
         Source,
         dial::doubt,
         fragment::{self, Library},
-        labels,
         model::Model,
         response,
     },
@@ -275,11 +274,7 @@ fn dial(bytes: &[u8], corpus: &Corpus, table: Option<&Path>) -> Result<Option<Ve
     let database = gestus_core::Database::open(bytes)?;
     let model = match table {
         Some(path) => {
-            let rows = labels::read(path, corpus.rate_hz)?;
-            let file = path.display().to_string();
-            let model = Model::given(&rows, &file, |spans| Library::annotated(corpus, spans))?;
-            labels::doubts(&rows, &file, &model.library).iter().for_each(super::note);
-            model
+            super::effort::labelled(path, corpus.rate_hz, |spans| Library::annotated(corpus, spans))?
         }
         None => Model::of_database(&database)?,
     };

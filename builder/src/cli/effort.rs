@@ -8,7 +8,7 @@ use gestus_database::{
     command_line::options::ReportArgs,
     effort::{
         POLE,
-        fragment::{FEWEST, Library},
+        fragment::{FEWEST, Library, Span},
         labels,
         model::{BLENDS, Model},
         outputs::{self, Row, Score},
@@ -17,7 +17,7 @@ use gestus_database::{
     stream::input::Input,
 };
 use gestus_evaluate::pages::{effort_outputs, effort_sheet};
-use gestus_motion::clip::Clip;
+use gestus_motion::{clip::Clip, landmarks::LandmarkError};
 use serde_json::json;
 
 use super::{open, selection::Selection};
@@ -103,15 +103,25 @@ pub fn run(args: &Args) -> Result<()> {
     }
 }
 
+/// The model of a table of Efforts that people gave; says on standard error which rows are not used as they are. `library`
+/// gives the fragments that are marked.
+pub fn labelled(
+    path: &Path,
+    rate_hz: f64,
+    library: impl FnOnce(&[Span]) -> Result<Library, LandmarkError>,
+) -> Result<Model> {
+    let (rows, file) = (labels::read(path, rate_hz)?, path.display().to_string());
+    let model = Model::given(&rows, &file, library)?;
+    labels::doubts(&rows, &file, &model.library).iter().for_each(super::note);
+    Ok(model)
+}
+
 /// The model of a database, of Efforts that people gave or of estimates.
 pub fn model(database: &Database<'_>, db: &Path, given: Option<&Path>) -> Result<Model> {
     let model = match given {
         Some(path) => {
-            let rows = labels::read(path, f64::from(database.rate_hz()))?;
-            let file = path.display().to_string();
-            let model = Model::given(&rows, &file, |spans| Library::marked(database, spans))?;
-            labels::doubts(&rows, &file, &model.library).iter().for_each(super::note);
-            model
+            let marked = |spans: &[Span]| Library::marked(database, spans);
+            labelled(path, f64::from(database.rate_hz()), marked)?
         }
         None => Model::of_database(database)?,
     };

@@ -43,6 +43,13 @@ pub struct Span {
     pub to: usize,
 }
 
+impl Span {
+    /// Whether two spans begin at the same frame of a clip. The end of one may be cut off with its clip.
+    pub fn begins_with(&self, other: &Self) -> bool {
+        self.clip == other.clip && self.from == other.from
+    }
+}
+
 /// A fragment with its motion.
 #[derive(Debug, Clone)]
 pub struct Fragment {

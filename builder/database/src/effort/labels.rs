@@ -233,9 +233,7 @@ pub fn parse(text: &[u8], file: &str, rate_hz: f64) -> Result<Vec<Row>, LabelErr
 pub fn doubts(rows: &[Row], file: &str, library: &Library) -> Vec<String> {
     let labelled: Vec<&Row> =
         rows.iter().filter(|row| row.second.is_none() && row.effort.is_some()).collect();
-    let of = |row: &Row| {
-        library.fragments.iter().find(|f| (&f.span.clip, f.span.from) == (&row.first.clip, row.first.from))
-    };
+    let of = |row: &Row| library.fragments.iter().find(|f| f.span.begins_with(&row.first));
     let named = |what: &str, chosen: &dyn Fn(usize, &Row) -> bool| {
         let named = |row: &Row| format!("{} ({})", row.id, row.first.clip);
         let all = labelled.iter().enumerate().filter(|(i, row)| chosen(*i, row));

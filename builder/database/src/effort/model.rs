@@ -130,13 +130,12 @@ impl Model {
         if library.fragments.is_empty() {
             return Err(clips());
         }
-        let starts = |span: &Span, f: &Span| span.clip == f.clip && span.from == f.from;
         let efforts: Vec<Factors> = library
             .fragments
             .iter()
-            .map(|f| seeds.iter().find(|s| starts(s.0, &f.span)).map_or([0.0; 3], |s| s.1))
+            .map(|f| seeds.iter().find(|s| s.0.begins_with(&f.span)).map_or([0.0; 3], |s| s.1))
             .collect();
-        let find = |span: &Span| library.fragments.iter().position(|f| starts(span, &f.span));
+        let find = |span: &Span| library.fragments.iter().position(|f| f.span.begins_with(span));
         let examples: Vec<Example> = rows
             .iter()
             .filter_map(|row| {

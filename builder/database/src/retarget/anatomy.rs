@@ -179,7 +179,8 @@ impl Measure<'_> {
             };
             // Along the bone to the next joint that is elsewhere, as it lies in the motion: a pelvis may be tilted and
             // a joint of no length above it tilt back, and then its own axes say nothing about the spine. And towards
-            // the head where the body is straight: the root of some rigs lies above the first joint of the spine, or before it.
+            // the head where the body is straight: the root of some rigs lies above the first joint of the spine, or
+            // before it.
             let next = chain[i + 1..].iter().copied().find(|&n| {
                 let to = |w: &World| w.places[n] - w.places[j];
                 self.mean(|w| to(w).norm()) > 0.02 * self.body.leg_m
