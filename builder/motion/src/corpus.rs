@@ -127,9 +127,10 @@ impl Corpus {
         find("style", &self.styles, name)
     }
 
-    /// The neutral style: the one called `normal` or `neutral`, or else the first.
+    /// The neutral style: the one called `normal` or `neutral`, in small or capital letters, or else the first.
     pub fn plain_style(&self) -> usize {
-        ["normal", "neutral"].iter().find_map(|name| self.style(name).ok()).unwrap_or(0)
+        let called = |name: &&str| self.styles.iter().position(|style| style.eq_ignore_ascii_case(name));
+        ["normal", "neutral"].iter().find_map(called).unwrap_or(0)
     }
 
     /// Reorders actions and styles; those not listed follow in alphabetical order.
@@ -160,6 +161,22 @@ impl Corpus {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_neutral_style_may_be_a_capital_one() {
+        let clip = Clip {
+            name: String::new(),
+            skeleton: Arc::new(Skeleton { names: Vec::new(), parents: Vec::new(), offsets: Vec::new() }),
+            rate_hz: 30.0,
+            frames: Vec::new(),
+        };
+        let of = |styles: [&str; 3]| {
+            Corpus { styles: styles.map(str::to_owned).to_vec(), ..Corpus::of_clip(&clip) }.plain_style()
+        };
+        assert_eq!(of(["Elderly", "Normal", "Proud"]), 1);
+        assert_eq!(of(["elderly", "neutral", "normal"]), 2);
+        assert_eq!(of(["elderly", "proud", "sad"]), 0);
+    }
 
     #[test]
     fn phase_inverts_position() {

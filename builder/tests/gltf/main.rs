@@ -433,6 +433,7 @@ fn of_several_animations_each_is_a_clip_by_its_name() {
     assert!(several.to_string().contains("hero.glb#walk_neutral_1`"), "{several}");
     let named = |name: &str| read(Path::new(&format!("{}#{name}", path.display())));
     assert!(apart(common::walk(), &clip(&named("walk_proud_1").unwrap())) < 2e-6);
+    assert!(named(" walk_proud_1 ").is_ok());
     let error = kind(named("run").unwrap_err());
     assert!(
         matches!(&error, GltfErrorKind::NoSuch { wanted, names } if wanted == "run" && names.len() == 3),
@@ -455,6 +456,24 @@ fn of_several_animations_each_is_a_clip_by_its_name() {
     let takes: Vec<&str> = corpus.examples.iter().map(|e| e.take.as_str()).collect();
     assert_eq!(takes, ["1", "2.x", "1", "1"]);
     assert_eq!(corpus.styles, ["neutral", "old", "proud"]);
+}
+
+/// Sample figures have an animation a joint; each was read as a clip of its own, in which one joint moves.
+#[test]
+fn an_animation_a_joint_is_no_clip() {
+    let mut made = hinge(&[0.0, 1.0], &[0.0, 90.0], "LINEAR");
+    let first = made.json["animations"][0].clone();
+    let of = |node: usize| {
+        let mut animation = first.clone();
+        let channels = animation["channels"].as_array_mut().unwrap();
+        channels.retain(|channel| channel["target"]["path"] == "rotation");
+        channels.truncate(1);
+        channels[0]["target"]["node"] = json!(node);
+        animation
+    };
+    made.json["animations"] = json!([of(0), of(1)]);
+    let error = parse(&made.glb(), "figure.glb", &nothing_beside).unwrap_err().kind;
+    assert!(matches!(error, GltfErrorKind::OneByOne { animations: 2 }), "{error}");
 }
 
 /// The clip that `gestus translate` makes of a file.

@@ -63,10 +63,13 @@ pub enum ShapeError {
     NoPose,
     #[error("it has more than {MOST_JOINTS} joints, too many to look at")]
     Joints,
-    #[error("no joint carries two similar limbs of two bones each, as hips carry legs")]
+    #[error(
+        "no joint carries two similar limbs of two bones each, as hips carry legs: legs of one bone have no knees to bend"
+    )]
     NoLegs,
     #[error(
-        "besides the legs, no joint carries two similar limbs of two bones each, as a chest carries arms"
+        "besides the legs, no joint carries two similar limbs of two bones each, as a chest carries arms: arms of one bone have \
+         no elbows to bend"
     )]
     NoArms,
     #[error(

@@ -93,6 +93,11 @@ pub enum GltfErrorKind {
     TooLarge,
     #[error("it holds {} animations: {}; name one, as in `{file}#{}`", .names.len(), .names.join(", "), .names[0])]
     Several { file: String, names: Vec<String> },
+    #[error(
+        "each of its {animations} animations moves one joint, and no joint is moved by two: together they are one motion; export \
+         it again with all curves in one animation (Blender: animation mode `Scene`), or name one"
+    )]
+    OneByOne { animations: usize },
     #[error("no animation is called `{wanted}`; it holds {}", .names.join(", "))]
     NoSuch { wanted: String, names: Vec<String> },
 }

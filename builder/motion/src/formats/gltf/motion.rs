@@ -53,6 +53,11 @@ pub fn animations(
     let mut all: Vec<(Animation<'_>, String)> =
         document.animations().zip(names(document)).filter(|(animation, _)| turns(animation)).collect();
     let alone = all.len() == 1;
+    if only.flatten().is_none() && are_one_by_one(&all) {
+        return Err(GltfErrorKind::OneByOne { animations: all.len() });
+    }
+    // As the names in messages are.
+    let only = only.map(|wanted| wanted.map(str::trim));
     if let Some(wanted) = only {
         let names = || all.iter().map(|(_, name)| name.clone()).collect();
         match wanted {
@@ -74,6 +79,19 @@ pub fn animations(
         found.push((name, motion));
     }
     if found.is_empty() { Err(GltfErrorKind::NoMotion) } else { Ok(found) }
+}
+
+/// Whether several animations move one node each, all of them different ones.
+fn are_one_by_one(all: &[(Animation<'_>, String)]) -> bool {
+    let nodes = |animation: &Animation<'_>| -> HashSet<usize> {
+        animation.channels().map(|channel| channel.target().node().index()).collect()
+    };
+    let mut seen = HashSet::new();
+    all.len() > 1
+        && all.iter().all(|(animation, _)| {
+            let nodes = nodes(animation);
+            nodes.len() == 1 && nodes.into_iter().all(|node| seen.insert(node))
+        })
 }
 
 /// Memory of an animation and of the clip that is made of it, bytes.
