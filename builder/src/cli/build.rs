@@ -26,6 +26,7 @@ use gestus_database::{
     },
     pairing::Scheme,
     parts::choose::Wanted,
+    registration::timeline::Kind,
 };
 use gestus_motion::corpus::Corpus;
 use serde_json::json;
@@ -131,6 +132,8 @@ pub fn run(args: &Args) -> Result<()> {
     let figures = super::inspect::figures(&database, built.bytes.len())?;
     if args.report.json {
         let mut figures = figures;
+        // A database of some cycles holds each in a clip of its own.
+        figures["clips"] = json!(corpus.examples.len());
         figures["skipped"] = json!(count);
         figures["left_out"] = left_out.iter().map(Group::json).collect();
         let floors = loaded.floors.iter().map(|(clip, height)| (clip.clone(), json!(height)));
@@ -157,6 +160,12 @@ pub fn run(args: &Args) -> Result<()> {
             figures["bytes_per_frame"].as_f64().unwrap_or(0.0),
             start.elapsed().as_secs_f64()
         ))?;
+        super::say(labels(&corpus))?;
+        if let Some(style) = database.linear_from().and_then(|from| corpus.styles.get(usize::from(from))) {
+            super::say(format_args!(
+                "linear models (`--method lti`) take input of the style {style}; --from states another"
+            ))?;
+        }
         if let Some(choice) = &built.choice {
             super::say(described(choice, built.bytes.len()))?;
         }
@@ -221,6 +230,17 @@ fn size(text: &str) -> Result<usize, String> {
     };
     let bytes = number.parse::<f64>().ok().map(|n| n * f64::from(unit)).filter(|n| (1.0..=4e9).contains(n));
     bytes.map(|bytes| bytes as usize).ok_or_else(|| "expected bytes, as 512K, 1M or 65536".to_owned())
+}
+
+/// The actions with their kinds, and the styles: swapped labels show here.
+fn labels(corpus: &Corpus) -> String {
+    let kind = |action: usize| match corpus.examples.iter().find(|e| e.action == action) {
+        Some(example) if Kind::of_cycle(&example.cycles[0]) == Kind::Gait => "gait",
+        _ => "whole",
+    };
+    let actions: Vec<String> =
+        corpus.actions.iter().enumerate().map(|(i, name)| format!("{name} ({})", kind(i))).collect();
+    format!("actions: {}; styles: {}", actions.join(", "), corpus.styles.join(", "))
 }
 
 /// What was chosen for a wanted size, in words.

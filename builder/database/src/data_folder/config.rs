@@ -29,7 +29,7 @@ use std::{
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::pattern::{Pattern, PatternError, built_in};
+use super::pattern::{Pattern, PatternError, built_in, example};
 use crate::{
     build::BuildOptions,
     registration::timeline::Kind,
@@ -163,8 +163,9 @@ pub enum AnnotateError {
     #[error("{file}: `{key}` is {found}; expected {expected}")]
     Value { file: String, key: &'static str, found: String, expected: String },
     #[error(
-        "{file}: its name doesn't say action and style; add a pattern like \"{{action}}_{{style}}_{{take}}.bvh\" to \
-         `patterns` in {FILE_NAME}, or the file to the table `files`"
+        "{file}: its name doesn't say action and style; add a pattern like \"{}\" to `patterns` in {FILE_NAME}, or the file \
+         to the table `files`",
+        example(.file)
     )]
     Unknown { file: String },
     #[error(

@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, fmt};
 use serde_json::{Value, json};
 use thiserror::Error;
 
-use super::config::FILE_NAME;
+use super::{config::FILE_NAME, pattern::example};
 
 /// Most clips that a line names, and most files that get a line each.
 const NAMED: usize = 3;
@@ -23,8 +23,12 @@ pub enum Reason {
     Size,
     /// A gait without a gait cycle.
     NoCycle,
+    /// A gait too short for a gait cycle, where others of its action have one.
+    Brief,
     /// Fewer frames than an action takes.
     Short,
+    /// The body leaps within the clip.
+    Leap,
     /// Its action is not there in every style, or its style not in every action.
     Incomplete,
 }
@@ -38,7 +42,9 @@ impl Reason {
             Self::Skeleton => "skeleton",
             Self::Size => "size",
             Self::NoCycle => "no_cycle",
+            Self::Brief => "brief",
             Self::Short => "short",
+            Self::Leap => "leap",
             Self::Incomplete => "incomplete",
         }
     }
@@ -48,13 +54,20 @@ impl Reason {
         match self {
             Self::Unreadable => ["that can't be read", "mend them, or take them out of the folder"],
             Self::Unlabelled => ["whose names don't say action and style", "label them"],
-            Self::Skeleton => {
-                ["whose skeleton differs from that of most", "build a separate database from them"]
-            }
+            Self::Skeleton => [
+                "whose skeleton differs from that of most",
+                "`--rig FILE`, with one of them or a character, takes clips of all skeletons; or build a separate database \
+                 from them",
+            ],
             Self::Size => {
                 ["of a size, or at a place, that no body has", "correct `unit`, `floor` or `[floors]`"]
             }
             Self::NoCycle => ["without a gait cycle", "if their action is no gait, say so"],
+            Self::Brief => [
+                "without a gait cycle, which others of their action have",
+                "give longer clips, in which the left foot strikes twice",
+            ],
+            Self::Leap => ["in which the body leaps", "cut them where their takes were joined"],
             Self::Short => ["that are too short", "remove still poses from the folder"],
             Self::Incomplete => ["that are incomplete", "add what is missing"],
         }
@@ -191,7 +204,7 @@ impl fmt::Display for Refused {
 /// Lines that label files. A few get one each; of many a pattern tells more.
 fn labels(files: &[String]) -> String {
     if files.len() > NAMED {
-        return "patterns = [\"{action}_{style}_{take}.bvh\"]".to_owned();
+        return format!("patterns = [{}]", quoted(&example(&files[0])));
     }
     let line = |file: &String| format!("{} = {{ action = \"...\", style = \"...\" }}", quoted(file));
     let lines: Vec<String> = files.iter().map(line).collect();

@@ -1,13 +1,15 @@
 //! From a folder of clips to a [`Corpus`].
 
 use std::{
-    collections::{BTreeMap, HashMap},
+    collections::{BTreeSet, HashMap},
     path::{Path, PathBuf},
 };
 
 use thiserror::Error;
 
 mod bind;
+mod cut;
+mod kinds;
 
 use bind::{Bound, below, bind_all, disambiguate_names};
 
@@ -20,7 +22,7 @@ use crate::{
         rig::{Rig, RigError},
         size,
         skeletons::{difference, kinds, most_common, unify},
-        worlds,
+        spelling, worlds,
     },
     registration::{Performance, has_cycles, no_cycle, register, timeline::Kind},
 };
@@ -113,8 +115,11 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
         None => on_common_skeleton(clips, &mut left_out),
     };
     notes.extend(turn_upright(&mut clips));
-    let mut clips = of_human_size(clips, &mut left_out);
-    notes.extend(treat_as_whole_without_cycles(config, &mut clips));
+    let clips = of_human_size(clips, &mut left_out);
+    let (mut clips, leaps) = cut::at_leaps(clips, &mut left_out);
+    notes.extend(leaps);
+    notes.extend(cut::over_the_ground(&mut clips));
+    notes.extend(kinds::of_motion(config, &mut clips));
     let clips = registrable(clips, &mut left_out);
     let (clips, floors) = match &rig {
         Some(rig) => {
@@ -147,11 +152,13 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
         return Err(LoadError::Empty { folder: place, detail: selection(config, &left_out) });
     }
     let (mut corpus, without) = register(performances).map_err(|e| LoadError::Landmark(place.clone(), e))?;
-    left_out.extend(without.iter().map(|p| without_cycle(&p.clip, &p.action, p.kind)));
+    let have = |p: &Performance| corpus.actions.contains(&p.action);
+    left_out.extend(without.iter().map(|p| without_cycle(&p.clip, &p.action, p.kind, have(p))));
     refuse_if_strict(config, &place, &left_out)?;
     if corpus.examples.is_empty() {
         return Err(LoadError::Empty { folder: place, detail: selection(config, &left_out) });
     }
+    notes.extend(spelling::doubts(&corpus));
     corpus.order(&config.actions, &config.styles);
     if !config.joints.is_empty() {
         corpus = corpus.on_joints(&config.joints).map_err(|e| LoadError::Joints(place.clone(), e))?;
@@ -225,33 +232,14 @@ fn onto_rig(
     (clips.into_iter().flatten().collect(), floors)
 }
 
-/// Treats an action as whole clips if only its name says that it is a gait, and no clip of it has a gait cycle. Returns a
-/// message for each.
-fn treat_as_whole_without_cycles(config: &Config, clips: &mut [Bound]) -> Vec<String> {
-    let mut walks: BTreeMap<String, bool> = BTreeMap::new();
-    for clip in clips.iter().filter(|c| c.annotation.kind == Kind::Gait) {
-        if !config.kind.contains_key(&clip.annotation.action) {
-            *walks.entry(clip.annotation.action.clone()).or_default() |= clip.has_cycles;
-        }
-    }
-    walks.retain(|_, walks| !*walks);
-    for clip in clips.iter_mut().filter(|c| walks.contains_key(&c.annotation.action)) {
-        clip.annotation.kind = Kind::Whole;
-        clip.has_cycles = has_cycles(&clip.clip, Kind::Whole);
-    }
-    let said = |action: &String| {
-        format!(
-            "action {action}: no clip has a gait cycle, so each is taken as a whole, from its start to its end (`[kind]` \
-             with `{action} = \"whole\"` in {FILE_NAME} says so, `\"gait\"` leaves them out)"
-        )
-    };
-    walks.keys().map(said).collect()
-}
-
 /// The clips that registration can use. Others do not count for limits and mean bone lengths.
 fn registrable(clips: Vec<Bound>, left_out: &mut Vec<LeftOut>) -> Vec<Bound> {
     let (used, others): (Vec<Bound>, Vec<Bound>) = clips.into_iter().partition(|clip| clip.has_cycles);
-    left_out.extend(others.iter().map(|c| without_cycle(&c.clip, &c.annotation.action, c.annotation.kind)));
+    let have: BTreeSet<&str> = used.iter().map(|clip| clip.annotation.action.as_str()).collect();
+    left_out.extend(others.iter().map(|c| {
+        let Annotation { action, kind, .. } = &c.annotation;
+        without_cycle(&c.clip, action, *kind, have.contains(action.as_str()))
+    }));
     used
 }
 
@@ -268,9 +256,10 @@ fn of_human_size(clips: Vec<Bound>, left_out: &mut Vec<LeftOut>) -> Vec<Bound> {
     clips.into_iter().filter(fits).collect()
 }
 
-/// A clip that registration can't use.
-fn without_cycle(clip: &Clip, action: &str, kind: Kind) -> LeftOut {
+/// A clip that registration can't use; `others` says whether it can use others of the action.
+fn without_cycle(clip: &Clip, action: &str, kind: Kind, others: bool) -> LeftOut {
     let (reason, action) = match kind {
+        Kind::Gait if others => (Reason::Brief, None),
         Kind::Gait => (Reason::NoCycle, Some(action.to_owned())),
         Kind::Whole => (Reason::Short, None),
     };
@@ -315,7 +304,11 @@ fn selection(config: &Config, left_out: &[LeftOut]) -> String {
         }
     }
     match left_out.first() {
-        Some(first) => format!("{detail}; the first of {} left out: {}", left_out.len(), first.said),
+        Some(first) => {
+            let groups: Vec<String> = Group::all(left_out).iter().flat_map(Group::lines).collect();
+            let (count, said) = (left_out.len(), &first.said);
+            format!("{detail}; the first of {count} left out: {said}\n  {}", groups.join("\n  "))
+        }
         None => {
             let endings = Format::endings_that_are_read();
             format!("{detail}; are there files in it ({endings}) that are named like `walk_proud_01.bvh`?")

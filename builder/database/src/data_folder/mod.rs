@@ -10,5 +10,6 @@ mod pattern;
 pub mod rig;
 mod size;
 mod skeletons;
+mod spelling;
 pub mod split;
 mod worlds;

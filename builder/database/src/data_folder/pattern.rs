@@ -5,6 +5,8 @@ use std::path::Path;
 use gestus_motion::capture::Format;
 use thiserror::Error;
 
+use crate::registration::timeline::Kind;
+
 /// The built-in patterns.
 pub fn built_in(name: &str) -> Option<[String; 3]> {
     let find = |text: &str| Pattern::new(text).ok().and_then(|pattern| pattern.find(name));
@@ -23,6 +25,44 @@ pub fn built_in(name: &str) -> Option<[String; 3]> {
         }
     }
     find("{action}_{style}_{take}")
+}
+
+/// A pattern for files like this one, by its path below the folder, or the built-in one where it has no two words. Of a
+/// folder and a name, or of two words, the style comes first, unless that word is a gait.
+pub(super) fn example(path: &str) -> String {
+    let ending = if stem(path) == path { ".bvh" } else { &path[stem(path).len()..] };
+    let is_number = |word: &str| word.chars().all(|c| c.is_ascii_digit());
+    let is_gait = |word: &str| Kind::of_action(word) == Kind::Gait;
+    let mut folders: Vec<&str> = stem(path).split('/').collect();
+    let name = folders.pop().unwrap_or_default();
+    // Words and what is between them, in turns.
+    let parts: Vec<&str> = name.split_inclusive(|c: char| !c.is_alphanumeric()).collect();
+    let words: Vec<&str> =
+        parts.iter().map(|part| part.trim_end_matches(|c: char| !c.is_alphanumeric())).collect();
+    let named: Vec<&str> = words.iter().copied().filter(|word| !is_number(word)).collect();
+    let before = folders.pop().or(named.first().copied()).unwrap_or_default();
+    let after = named.last().copied().unwrap_or_default();
+    let mut holes = ["{style}", "{action}"];
+    if is_gait(before) && !is_gait(after) {
+        holes.reverse();
+    }
+    let mut holes = holes.into_iter();
+    let mut text = "{*}/".repeat(folders.len());
+    if path.contains('/') {
+        text += &format!("{}/", holes.next().unwrap_or_default());
+    }
+    let last = words.iter().rposition(|word| is_number(word));
+    for (i, (part, word)) in parts.iter().zip(&words).enumerate() {
+        let hole = match is_number(word) {
+            true if Some(i) == last => "{take}",
+            true => "{*}",
+            false => holes.next().unwrap_or("{*}"),
+        };
+        text += &format!("{hole}{}", &part[word.len()..]);
+    }
+    text += ending;
+    let fits = |pattern: Pattern| pattern.find(path).is_some();
+    if Pattern::new(&text).is_ok_and(fits) { text } else { "{action}_{style}_{take}.bvh".to_owned() }
 }
 
 /// A part of a pattern.

@@ -120,6 +120,15 @@ pub fn legs(examples: &[&Example], landmarks: &Landmarks) -> [Leg; 2] {
     })
 }
 
+/// The legs of a body whose feet may slide, by the heights of the lowest of their joints in one clip; rolls are 0.
+pub fn low_legs(clip: &Clip, landmarks: &Landmarks) -> [Leg; 2] {
+    let positions = positions(clip);
+    legs(&[], landmarks).map(|leg| {
+        let heights = [leg.ankle, leg.toe.unwrap_or(leg.ankle)].map(|j| low_height(&positions, j) as f32);
+        Leg { heights, ..leg }
+    })
+}
+
 /// Length of a leg from the hip joint to the ankle, the mean of both, metres.
 pub fn leg_m(skeleton: &Skeleton, landmarks: &Landmarks) -> f64 {
     landmarks.knees.iter().chain(&landmarks.feet).map(|&j| skeleton.offsets[j].norm()).sum::<f64>() / 2.0

@@ -108,6 +108,20 @@ pub fn has_cycles(clip: &Clip, kind: Kind) -> bool {
     }
 }
 
+/// Share of a clip that is in gait cycles whose hips get along, 0 to 1.
+pub fn walked(clip: &Clip) -> f64 {
+    /// Least speed from strike to strike, m/s: a body that punches steps to and fro.
+    const ALONG_M_S: f64 = 0.3;
+    let Ok(landmarks) = Landmarks::find(&clip.skeleton) else { return 0.0 };
+    let along = |cycle: &Cycle| {
+        let (start, end) = cycle.span();
+        let moved = clip.at(end).root - clip.at(start).root;
+        (moved.x.hypot(moved.z) * clip.rate_hz > ALONG_M_S * (end - start)).then_some(end - start)
+    };
+    let cycles = gait_cycles::gait_cycles(clip, &landmarks);
+    cycles.iter().filter_map(along).sum::<f64>() / clip.frames.len().max(1) as f64
+}
+
 /// Whether a clip is too short for a whole-clip action.
 fn is_short(clip: &Clip) -> bool {
     clip.frames.len() < MIN_FRAMES
@@ -118,9 +132,8 @@ pub fn no_cycle(clip: &Clip, kind: Kind) -> String {
     let Clip { name, frames, rate_hz, .. } = clip;
     match kind {
         Kind::Gait => format!(
-            "{name}: no gait cycle found in {:.1} s; if the action is no gait, set its `kind` in {}",
-            clip.duration_s(),
-            crate::data_folder::config::FILE_NAME
+            "{name}: no gait cycle found in {:.1} s; it takes two strikes of the left foot",
+            clip.duration_s()
         ),
         Kind::Whole => format!(
             "{name}: too short: {} of the {MIN_FRAMES} frames that an action takes at least, at {rate_hz} a second; \

@@ -124,6 +124,13 @@ impl Course {
     }
 }
 
+/// Frames into which the root moves faster than any body: takes were joined there, or a pose is not of the motion.
+pub fn leaps(clip: &Clip) -> Vec<usize> {
+    let most = LEAP_M_S / clip.rate_hz;
+    let pairs = clip.frames.windows(2).enumerate();
+    pairs.filter(|(_, pair)| (pair[1].root - pair[0].root).norm() > most).map(|(t, _)| t + 1).collect()
+}
+
 /// Whether the hips are above the knees, of which one may be lifted, in every frame.
 fn is_upright(clip: &Clip, legs: &[Leg; 2]) -> bool {
     clip.frames.iter().all(|frame| {

@@ -169,3 +169,23 @@ fn gaits_are_known_by_whole_words() {
         assert_eq!(Kind::of_action(whole), Kind::Whole, "{whole}");
     }
 }
+
+/// The advice for a folder a style was a pattern that does not match it.
+#[test]
+fn the_pattern_that_is_advised_labels_the_file() {
+    for (path, pattern, labels) in [
+        ("Elderly/run-1.bvh", "{style}/{action}-{take}.bvh", ["run", "Elderly", "1"]),
+        ("walk/proud 02.glb", "{action}/{style} {take}.glb", ["walk", "proud", "02"]),
+        ("set/old/kick.bvh", "{*}/{style}/{action}.bvh", ["kick", "old", ""]),
+        ("Elderly Walk 01.bvh", "{style} {action} {take}.bvh", ["Walk", "Elderly", "01"]),
+        ("3-run.old-7.bvh", "{*}-{action}.{style}-{take}.bvh", ["run", "old", "7"]),
+        ("elderly1.bvh", "{action}_{style}_{take}.bvh", ["", "", ""]),
+    ] {
+        assert_eq!(example(path), pattern, "{path}");
+        let config = Config { patterns: vec![example(path)], ..Config::default() };
+        match config.annotate(Path::new(path)) {
+            Ok(found) => assert_eq!([&found.action[..], &found.style, &found.take], labels, "{path}"),
+            Err(error) => assert_eq!(labels, [""; 3], "{error}"),
+        }
+    }
+}

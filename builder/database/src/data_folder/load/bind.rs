@@ -24,6 +24,7 @@ use gestus_motion::{
 };
 
 /// A clip with its file's labels.
+#[derive(Clone)]
 pub(super) struct Bound {
     pub name: String,
     /// The file below the folder, without its ending.

@@ -7,6 +7,7 @@ use crate::{
     synth::performance,
 };
 use gestus_motion::{formats::bvh::Bvh, unit::Unit};
+use nalgebra::Vector3;
 
 fn generated() -> Clip {
     performance(1, "walk", "neutral", 30.0, 4.0).unwrap().clip
@@ -287,7 +288,7 @@ fn a_clip_that_is_left_out_has_no_say_in_the_bones() {
     fs::write(folder.0.join("walk_b_2.bvh"), "HIERARCHY").unwrap();
     assert_eq!(
         reasons(&folder.load("").unwrap()),
-        [("walk_b_2.bvh", Reason::Unreadable), ("walk_a_2", Reason::NoCycle)]
+        [("walk_b_2.bvh", Reason::Unreadable), ("walk_a_2", Reason::Brief)]
     );
     let error = folder.load("strict = true").unwrap_err();
     assert!(matches!(error, LoadError::Strict(..)), "{error}");
@@ -330,6 +331,95 @@ fn an_action_without_cycles_is_taken_as_a_whole() {
     // Where the folder says what it is, it is that.
     let loaded = folder.load("kind = { run = 'gait' }").unwrap();
     assert_eq!((loaded.corpus.actions.len(), loaded.left_out.len()), (1, 2), "{:?}", loaded.notes);
+}
+
+/// An action called `stroll` was taken as a whole, from the start of a clip to its end, and its walk was lost.
+#[test]
+fn an_action_whose_clips_walk_is_a_gait_whatever_its_name() {
+    let folder = Folder::new("stroll");
+    for style in ["a", "b"] {
+        folder.write("walk", &format!("stroll_{style}_1.bvh"), 120, |_| ());
+        folder.write("punch", &format!("jab_{style}_1.bvh"), 60, |_| ());
+    }
+    let kinds = |more: &str| {
+        let loaded = folder.load(more).unwrap();
+        let kind = |name: &str| {
+            let example = loaded.corpus.examples.iter().find(|e| e.clip.name == name).unwrap();
+            Kind::of_cycle(&example.cycles[0])
+        };
+        let told = loaded.notes.iter().any(|n| n.contains("action stroll: its clips walk"));
+        ([kind("stroll_a_1"), kind("jab_b_1")], told)
+    };
+    assert_eq!(kinds(""), ([Kind::Gait, Kind::Whole], true));
+    assert_eq!(kinds("kind = { stroll = 'whole' }"), ([Kind::Whole; 2], false));
+}
+
+/// The advice was to take all clips of the action as a whole, which spoils the good ones.
+#[test]
+fn a_gait_too_short_for_a_cycle_has_to_be_longer() {
+    let folder = Folder::new("brief");
+    folder.walk("walk_a_1.bvh", 120, |_| ());
+    folder.walk("walk_a_2.bvh", 20, |_| ());
+    let loaded = folder.load("").unwrap();
+    assert_eq!(reasons(&loaded), [("walk_a_2", Reason::Brief)]);
+    assert_eq!(Group::all(&loaded.left_out)[0].change, "");
+}
+
+/// Takes that are joined in one file: their database jumped from one to the other.
+#[test]
+fn clips_are_cut_where_the_body_leaps() {
+    let folder = Folder::new("leaps");
+    folder.walk("walk_a_1.bvh", 120, |clip| clip.frames.extend(clip.frames.clone()));
+    folder.walk("walk_b_1.bvh", 120, |_| ());
+    let apart = |frame: usize| move |clip: &mut Clip| clip.frames[frame].root += Vector3::new(3.0, 0.0, 0.0);
+    // A pose to calibrate by, elsewhere; and a wrong place in the middle.
+    folder.write("punch", "punch_a_1.bvh", 60, apart(0));
+    folder.write("punch", "punch_b_1.bvh", 60, |_| ());
+    folder.write("punch", "punch_b_2.bvh", 60, apart(30));
+    let loaded = folder.load("").unwrap();
+    let mut clips: Vec<(&str, usize)> =
+        loaded.corpus.examples.iter().map(|e| (e.clip.name.as_str(), e.clip.frames.len())).collect();
+    clips.sort_unstable();
+    assert_eq!(
+        clips,
+        [("punch_a_1@1", 48), ("punch_b_1", 49), ("walk_a_1", 120), ("walk_a_1@120", 120), ("walk_b_1", 120)]
+    );
+    assert_eq!(reasons(&loaded), [("punch_b_2", Reason::Leap)]);
+    assert!(loaded.notes.iter().any(|n| n.starts_with("walk_a_1: ") && n.contains("into frame 120")));
+}
+
+/// Clips of games and of Mixamo: their database walked on the spot, and everything that gets along was unlike it.
+#[test]
+fn bodies_that_walk_in_place_are_moved_over_the_ground() {
+    let folder = Folder::new("in-place");
+    let hold = |clip: &mut Clip| {
+        clip.frames.iter_mut().for_each(|frame| (frame.root.x, frame.root.z) = (0.0, 0.0));
+    };
+    folder.walk("walk_a_1.bvh", 120, hold);
+    folder.walk("walk_b_1.bvh", 120, |_| ());
+    folder.write("punch", "punch_a_1.bvh", 60, |_| ());
+    let loaded = folder.load("").unwrap();
+    let way = |name: &str| {
+        let frames = &loaded.corpus.examples.iter().find(|e| e.clip.name == name).unwrap().clip.frames;
+        (frames[110].root - frames[10].root).norm()
+    };
+    let (held, moved) = (way("walk_a_1"), way("walk_b_1"));
+    assert!((held / moved - 1.0).abs() < 0.1, "{held} {moved} m");
+    let told: Vec<&String> = loaded.notes.iter().filter(|n| n.contains("walking in place")).collect();
+    assert!(
+        matches!(&told[..], [one] if one.starts_with("walk_a_1 at ") && !one.contains("_b_")),
+        "{told:?}"
+    );
+}
+
+#[test]
+fn names_that_differ_by_capital_letters_are_told() {
+    let folder = Folder::new("capitals");
+    for name in ["walk_a_1", "walk_A_2", "walk_b_1"] {
+        folder.walk(&format!("{name}.bvh"), 120, |_| ());
+    }
+    let notes = folder.load("").unwrap().notes;
+    assert_eq!(notes.iter().filter(|n| n.contains("capital letters")).count(), 1, "{notes:?}");
 }
 
 #[test]
