@@ -6,6 +6,7 @@ mod common;
 use std::{path::PathBuf, sync::Arc};
 
 use common::{database, walk};
+use gestus_core::Method;
 use gestus_database::{
     registration::floor::Source,
     retarget::{MapError, MapFile},
@@ -409,6 +410,17 @@ fn the_verdict_says_what_was_recognised_and_what_was_left_alone() {
     assert!(verdict.actions[0].1 > 0.95 && verdict.left_alone.is_empty(), "{verdict:?}");
     let words = verdict.sentences().join(" ");
     assert!(words.contains("like the database") && words.contains("walk 100%"), "{words}");
+
+    // The linear models take one style, and leave input that is to get it as it is.
+    let from = database().linear_from().unwrap();
+    for (style, method, told) in [(from, Method::Lti, 1), (from, Method::Mar, 0), (from + 1, Method::Lti, 0)]
+    {
+        let mut request = Request::style(style);
+        request.config = request.config.method(method);
+        let mut said = verdict.clone();
+        said.note_same_style(&database(), &request);
+        assert_eq!(said.advice.len(), verdict.advice.len() + told, "{:?}", said.advice);
+    }
 
     // A body that lies on its back and rows.
     let back = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -1.5);

@@ -87,6 +87,8 @@ fn several_clips_are_translated_in_one_call() {
     assert!(!ok && stderr.contains("2 of 4 clips were refused") && stderr.contains("FBX2glTF"), "{stderr}");
     assert_eq!((&told["translated"], &told["refused"]), (&2.into(), &2.into()));
     assert!(told["clips"][0]["figures"]["digest"].is_string() && out.join("a.bvh").exists());
+    let verdicts = told["clips"].as_array().unwrap().iter().map(|clip| &clip["figures"]["verdict"]["like"]);
+    assert_eq!(told["unlike"], verdicts.filter(|like| **like == "unlike").count());
     // As a pattern, and as a shell expands one.
     let pattern = clips.join("*.bvh");
     let (ok, said, stderr) = gestus(&[&translate[..], &[shown(&pattern)]].concat());

@@ -138,10 +138,15 @@ pub fn run(
         }
     }
     let (all, translated) = (done.len(), done.len() - refused);
+    let unlike = done.iter().filter(|clip| clip["figures"]["verdict"]["like"] == "unlike").count();
     if json {
-        super::say(json!({ "translated": translated, "refused": refused, "clips": done }))?;
+        super::say(json!({ "translated": translated, "unlike": unlike, "refused": refused, "clips": done }))?;
     } else {
-        super::say(format_args!("{}: {translated} clips translated, {refused} refused", folder.display()))?;
+        let unlike = if unlike > 0 { format!("; {unlike} unlike the database") } else { String::new() };
+        super::say(format_args!(
+            "{}: {translated} clips translated, {refused} refused{unlike}",
+            folder.display()
+        ))?;
     }
     if refused > 0 {
         bail!("{refused} of {all} clips were refused; the lines above say why");

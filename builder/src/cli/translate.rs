@@ -252,7 +252,8 @@ fn one(args: &Args) -> Result<Value> {
         return whole(common, wanted, &database, &input);
     }
     let streamed = args.streamed(&database, &input)?;
-    let verdict = Verdict::of(&database, &input, &streamed);
+    let mut verdict = Verdict::of(&database, &input, &streamed);
+    verdict.note_same_style(&database, &args.stylizer_args.request(&database)?);
     let output = input.output(&streamed);
     open::write(&common.output, common.written(&input, &output)?)?;
     if let Some(path) = &common.page {

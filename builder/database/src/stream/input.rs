@@ -20,6 +20,7 @@ use crate::{
         far,
         left_alone::leave_moments_alone,
         looped::Round,
+        mended::Mended,
         reading::bind,
         turn_limit::{fastest, limited},
     },
@@ -78,6 +79,10 @@ pub struct Input {
     round: Option<Round>,
     /// Mean place of the clip's hips.
     place: Vector3<f64>,
+    /// The file's first pose, where it is no part of the motion.
+    first: Option<Frame>,
+    /// What was mended in the file.
+    mended: Vec<String>,
     /// A warning about a clip whose file is too coarse.
     coarse: Option<String>,
 }
@@ -110,17 +115,18 @@ impl Input {
         options: &InputOptions,
     ) -> Result<Self> {
         let (document, binding, clip) = bind(document, path, database, options.unit)?;
-        Self::of(document, binding, &clip, database, options).with_context(|| path.display().to_string())
+        Self::of(document, binding, Mended::of(&clip), database, options)
+            .with_context(|| path.display().to_string())
     }
 
     fn of(
         document: Document,
         binding: Binding,
-        original: &Clip,
+        Mended { clip: original, first, notes }: Mended,
         database: &Database<'_>,
         options: &InputOptions,
     ) -> Result<Self> {
-        let rate_hz = f64::from(database.rate_hz());
+        let (rate_hz, original) = (f64::from(database.rate_hz()), &original);
         // The body is measured at the clip's own rate, which has more poses.
         let map = options.map.of_document(&document);
         let (mapping, floor) = BodyMapping::find(database, original, &map)?;
@@ -147,7 +153,23 @@ impl Input {
             clip = round.cut_rotations(original, rate_hz);
             mapped = round.cut(&mapped, &body, rate_hz);
         }
-        Ok(Self { document, binding, clip, mapped, mapping, floor, course, round, place, coarse })
+        // A loop does not come back to it.
+        let first = first.filter(|_| round.is_none());
+        let mended = notes;
+        Ok(Self {
+            document,
+            binding,
+            clip,
+            mapped,
+            mapping,
+            floor,
+            course,
+            round,
+            place,
+            first,
+            mended,
+            coarse,
+        })
     }
 
     /// The output on the database's skeleton, for driving a robot.
@@ -205,6 +227,7 @@ impl Input {
             .notes()
             .iter()
             .cloned()
+            .chain(self.mended.clone())
             .chain(doubts)
             .chain(floor)
             .chain(course)
@@ -292,17 +315,25 @@ impl Input {
         let back = |frames: Vec<Frame>| self.mapping.back(&frames, inputs, self.floor.height_m);
         let output =
             self.kept_in_place(self.carry(streamed, inputs, back).clip(&self.clip, self.clip.rate_hz));
-        limited(output, fastest(&self.clip.frames), &self.up(), self.round.is_some())
+        self.with_first(limited(output, fastest(&self.clip.frames), &self.up(), self.round.is_some()))
+    }
+
+    /// An output that begins with the file's first pose, where that is no part of the motion.
+    fn with_first(&self, mut clip: Clip) -> Clip {
+        if let (Some(first), Some(frame)) = (&self.first, clip.frames.first_mut()) {
+            frame.clone_from(first);
+        }
+        clip
     }
 
     /// Poses of the database's joints as a clip of the input's skeleton, at the database's rate; other joints move as they
     /// do in the input at each pose's `sources`, in frames.
     pub fn carried(&self, frames: &[Frame], sources: &[f64]) -> Clip {
         let inputs: Vec<Frame> = sources.iter().map(|&source| self.clip.at(source)).collect();
-        self.kept_in_place(Clip {
+        self.with_first(self.kept_in_place(Clip {
             frames: self.mapping.back(frames, &inputs, self.floor.height_m),
             ..self.clip.clone()
-        })
+        }))
     }
 
     /// Puts an output back in place, if the input walks in place.

@@ -10,6 +10,7 @@ pub mod far;
 pub mod input;
 mod left_alone;
 pub mod looped;
+mod mended;
 pub mod reading;
 mod standing;
 pub mod trace;

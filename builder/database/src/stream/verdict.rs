@@ -1,7 +1,7 @@
 //! The verdict on a clip, in words: whether it is of the database's kind, what was recognised in it, what was passed
 //! through, and what to do about that.
 
-use gestus_core::{Database, Degraded};
+use gestus_core::{Database, Degraded, Method};
 use gestus_motion::statistics::{mean_or_zero, quantile, sorted};
 use serde_json::{Value, json};
 
@@ -15,6 +15,8 @@ use crate::{
 const PARTLY_UNLIKE: f64 = 0.05;
 /// Median distance, relative to that of held-out clips of the database's kind, beyond which a clip is partly unlike it.
 const FAR: f64 = 3.0;
+/// Speed up to which the bodies of a database stay in place, m/s.
+const STAYS_M_S: f32 = 0.2;
 /// Least share of an action or style that is listed.
 const MIN_LISTED_SHARE: f64 = 0.05;
 /// Shortest span of frames passed through that is listed, seconds.
@@ -87,6 +89,25 @@ impl Verdict {
         verdict
     }
 
+    /// Tells that the linear models leave their input as it is, where the style that they take is the one that is wanted.
+    pub fn note_same_style(&mut self, database: &Database<'_>, request: &Request) {
+        let from = database.linear_from().filter(|_| request.config.method == Method::Lti);
+        if let Some(from) = from.filter(|from| request.style.iter().all(|(style, _)| style == from)) {
+            let name = database
+                .manifest()
+                .ok()
+                .and_then(|m| m.styles.iter().nth(usize::from(from)).map(str::to_owned));
+            self.advice.insert(
+                0,
+                format!(
+                    "the linear models take input of the style {}, which is the output's too, so that nothing changes: choose \
+                     another style or method, or build with another --from",
+                    name.unwrap_or_default()
+                ),
+            );
+        }
+    }
+
     fn advise(&self, database: &Database<'_>, input: &Input) -> Vec<String> {
         let mut advice = Vec::new();
         if self.likeness != Likeness::Like {
@@ -95,6 +116,12 @@ impl Verdict {
                 .filter_map(|class| database.trust_limits(class).map(|limits| limits.speeds))
                 .reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]);
             match range {
+                Some([_, fastest]) if fastest < STAYS_M_S && speed > 2.0 * f64::from(STAYS_M_S) => {
+                    advice.push(format!(
+                        "the clip moves at {speed:.1} m/s, and the database's clips stay where they are: build it with clips \
+                         that get along"
+                    ));
+                }
                 Some([_, fastest]) if speed > 1.2 * f64::from(fastest) + 0.1 => advice.push(format!(
                     "the clip moves at {speed:.1} m/s, the database at {fastest:.1} m/s at most: build it with faster \
                      clips, or check the unit (--unit)"
@@ -184,7 +211,6 @@ impl Verdict {
 /// # Errors
 /// A database without data of any method.
 pub fn before(database: &Database<'_>, input: &Input) -> anyhow::Result<Verdict> {
-    use gestus_core::Method;
     let mut request = Request::style(0);
     if let Some(method) = [Method::Mar, Method::Phase].into_iter().find(|m| m.is_available_in(database)) {
         request.config = request.config.method(method);
