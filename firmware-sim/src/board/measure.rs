@@ -151,7 +151,7 @@ pub fn with_session<R>(
     let file = File::create(&log).with_context(|| format!("{} can't be written", log.display()))?;
     let (mut emulator, line) = Emulator::start(board, image, job_path, file)?;
     let line: Box<dyn Line> = Box::new(line);
-    let outcome = with_board(database, Config::new(), robot, |twin| {
+    let outcome = with_board(database, first_config(&database), robot, |twin| {
         let client = Client::new(line, Client::<Box<dyn Line>>::new_session(), RETRY);
         let mut session = Session::begin(client, twin, &database)?;
         run(&mut session)
@@ -160,6 +160,11 @@ pub fn with_session<R>(
         Some(reason) => error.context(reason),
         None => error,
     })
+}
+
+/// The configuration with which an image begins: that of a database without frames is not the mixture.
+fn first_config(database: &Database<'_>) -> Config {
+    Config::new().method(Method::of(database))
 }
 
 /// File with the log lines of a board's last run.
@@ -250,4 +255,19 @@ pub fn measure(
             model_bytes_per_style,
         })
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The twin began with the mixture, and every database without frames was refused.
+    #[test]
+    fn a_database_without_frames_has_a_twin() {
+        let whole = Database::open(super::super::command::LONG_BLOB).unwrap();
+        let blob = gestus_database::blob::cut::models_only(&whole).unwrap();
+        for database in [whole, Database::open(&blob).unwrap()] {
+            with_board(database, first_config(&database), None, |_| ()).unwrap();
+        }
+    }
 }
