@@ -11,7 +11,11 @@ use std::{
 
 use common::{json as figures, sim};
 
-use gestus_core::{Config, Database, blob::crc::crc32c, robot::layout::header};
+use gestus_core::{
+    Config, Database,
+    blob::crc::crc32c,
+    robot::layout::{MAX_HINGES, header},
+};
 use gestus_database::{
     robot::{Machine, RobotMap},
     stream::{Request, input::Input, stream},
@@ -258,6 +262,31 @@ fn a_robot_is_driven_through_a_noisy_line_bit_by_bit() {
     // One tick after 0.1 and -0.1: not further than its servos can turn.
     assert!((first[1] - 0.1).abs() < 0.01 && (first[3] + 0.1).abs() < 0.01, "{first:?}");
     assert!((500.0..2500.0).contains(&first[2]), "{first:?}");
+}
+
+/// The loopback once had room for as many hinges as the images.
+#[test]
+fn a_robot_of_as_many_hinges_as_tables_hold_is_driven_through_the_loopback() {
+    let [db, clip] = files();
+    let database = Database::open(motion::small()).expect("the generated blob opens");
+    let finger = |i: usize| {
+        format!(
+            "<link name=\"f{i}\"/><joint name=\"finger{i}\" type=\"continuous\"><parent link=\"torso\"/>\
+             <child link=\"f{i}\"/><axis xyz=\"0 0 1\"/></joint>"
+        )
+    };
+    let fingers: String = (16..MAX_HINGES).map(finger).collect();
+    let text = TOY.replace("</robot>", &format!("{fingers}</robot>"));
+    let robot = Robot::parse(&text, "many.urdf").expect("it is a robot");
+    let machine = Machine::new(&database, robot, &RobotMap::default()).expect("it suits the database");
+    let tables = Path::new(db).with_file_name("many.gestus");
+    std::fs::write(&tables, machine.bytes()).expect("it can be written");
+    let tables = tables.to_str().expect("a plain path");
+    let link = ["link", "loopback", "--db", db, "--input", clip, "--style", "heavy", "--json", "--robot"];
+    for more in [&[tables][..], &[tables, "--step-robot"]] {
+        let figures = figures(&[&link[..], more].concat());
+        assert_eq!((&figures["bit_exact"], &figures["robot"]["hinges"]), (&json!(true), &json!(MAX_HINGES)));
+    }
 }
 
 #[test]

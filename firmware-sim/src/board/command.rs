@@ -215,7 +215,7 @@ fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
             let (database, input, request) = args.stream.open(path, &bytes, input)?;
             let clip = input.mapped;
             let tables = args.robot.read()?;
-            let robot = args.robot.open(&tables, &database)?;
+            let robot = args.robot.open(&tables, &database, image::HINGES)?;
             let flash =
                 robot.map(|_| image::write_flash(&bytes, &tables, "with-robot.gestus")).transpose()?;
             let path = flash.as_deref().unwrap_or(path);

@@ -13,6 +13,9 @@ use object::{Object, ObjectSection, SectionFlags, SectionKind, elf};
 
 use super::boards::Board;
 
+/// Capacity of the images for a robot's hinges (`image/src/lib.rs`).
+pub const HINGES: usize = 32;
+
 /// Options of an image's build.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Options<'a> {

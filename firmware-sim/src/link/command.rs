@@ -4,7 +4,10 @@ use std::{path::PathBuf, time::Duration};
 
 use anyhow::{Context, Result, bail};
 use clap::value_parser;
-use gestus_core::{BlobError, Database, robot::Robot};
+use gestus_core::{
+    BlobError, Database,
+    robot::{Robot, layout::MAX_HINGES},
+};
 use gestus_database::{
     command_line::{
         blob,
@@ -20,7 +23,7 @@ use super::{
     line::{self, Line},
     loopback::Loopback,
     noise::Noise,
-    serve::{HINGES, with_board},
+    serve::with_board,
     session::{BoardIdentity, Session, named},
     stream::{Linked, stream},
 };
@@ -90,11 +93,16 @@ impl RobotArgs {
         self.robot.as_ref().map_or(Ok(Vec::new()), |path| blob::read(path))
     }
 
-    /// Opens the robot's tables, which have to fit the database.
+    /// Opens the robot's tables, which have to fit the database and a board with room for `hinges`.
     ///
     /// # Errors
     /// Bytes that are not a robot's tables, tables made for another database, and angles of hinges that it does not have.
-    pub fn open<'r>(&self, bytes: &'r [u8], database: &Database<'_>) -> Result<Option<Robot<'r>>> {
+    pub fn open<'r>(
+        &self,
+        bytes: &'r [u8],
+        database: &Database<'_>,
+        hinges: usize,
+    ) -> Result<Option<Robot<'r>>> {
         let Some(path) = &self.robot else { return Ok(None) };
         let robot = Robot::open(bytes).map_err(|error| match error {
             BlobError::Magic => anyhow::anyhow!(
@@ -103,7 +111,7 @@ impl RobotArgs {
             ),
             error => anyhow::anyhow!("{}: {error}", path.display()),
         })?;
-        robot.fits(database, HINGES).map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
+        robot.fits(database, hinges).map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
         let (most, given) = (robot.hinges(), self.robot_at.len());
         if given > most || !self.robot_at.iter().all(|angle| angle.is_finite()) {
             bail!(
@@ -162,7 +170,7 @@ pub fn run(args: &LinkArgs) -> Result<()> {
     let bytes = clip.read()?;
     let (database, input, request) = clip.open(&bytes)?;
     let tables = args.robot.read()?;
-    let robot = args.robot.open(&tables, &database)?;
+    let robot = args.robot.open(&tables, &database, MAX_HINGES)?;
     let outcome = with_board(database, request.config, robot, |twin| {
         if loopback {
             let noise = args.noise.unwrap_or_default();
