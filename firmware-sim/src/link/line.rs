@@ -3,6 +3,7 @@
 use std::{
     io::{self, Read, Write},
     net::TcpStream,
+    num::NonZero,
     ops::DerefMut,
     sync::mpsc::{self, Receiver, RecvTimeoutError},
     time::{Duration, Instant},
@@ -126,7 +127,7 @@ pub enum LineError {
     /// Nobody listens at the address, or it is none.
     #[error("can't connect: does the other end listen there?: {0}")]
     Connect(io::Error),
-    /// What follows the device is no number.
+    /// What follows the device is no number above zero.
     #[error("`{baud}` is not a baud rate: write, for example, {device}@115200")]
     Baud {
         /// The device.
@@ -159,7 +160,8 @@ pub fn open(name: &str) -> Result<Box<dyn Line>, LineError> {
     let (device, baud) = match name.rsplit_once('@') {
         Some((device, baud)) => {
             let of = |_| LineError::Baud { device: device.to_owned(), baud: baud.to_owned() };
-            (device, baud.parse().map_err(of)?)
+            // A port at no speed opens, and then waits for ever.
+            (device, baud.parse::<NonZero<u32>>().map_err(of)?.get())
         }
         None => (name, BAUD),
     };
@@ -246,7 +248,10 @@ mod tests {
     fn a_name_that_is_no_line_is_explained() {
         let error = |name: &str| open(name).err().expect("there is no such line");
         assert!(matches!(error("/dev/no-such-port"), LineError::Port(_)));
-        assert!(matches!(error("/dev/no-such-port@fast"), LineError::Baud { baud, .. } if baud == "fast"));
+        for rate in ["fast", "0"] {
+            let error = error(&format!("/dev/no-such-port@{rate}"));
+            assert!(matches!(&error, LineError::Baud { baud, .. } if baud == rate), "{error}");
+        }
         for name in ["tcp:127.0.0.1:1", "unix:/no/such/socket"] {
             assert!(matches!(error(name), LineError::Connect(_)), "{name}");
         }
