@@ -5,8 +5,8 @@ use std::time::Duration;
 use gestus_core::{
     Config, Database, Stylizer,
     link::{
-        Fault, Frame, Header, Identity, PoseBuffer, Receiver, Reply, Request, Server, buffer_length, counter,
-        decode,
+        Fault, Frame, Header, Identity, PoseBuffer, Receiver, Reply, Request, Server, VERSION, buffer_length,
+        counter, decode,
     },
 };
 use gestus_database::stream::Request as StreamRequest;
@@ -215,6 +215,22 @@ fn a_board_with_short_buffers_is_refused_before_the_stream() {
         assert_eq!((*have, *needed), (bytes, need));
     }
     assert!(begun(need).is_ok());
+}
+
+/// Its reply was read as one of this version.
+#[test]
+fn a_board_of_another_version_is_refused() {
+    let (mut receiver, mut frame) = (Receiver::<N>::new(), Frame::<N>::new());
+    let newer = VERSION + 1;
+    let board = move |byte| {
+        let header = receiver.receive(byte)?.expect("the line is clean").header.reply();
+        let bytes = frame.write(Header { version: newer, ..header }, &Reply::Done).expect("it fits");
+        Some(bytes.to_vec())
+    };
+    let mut client = Client::new(Loopback::new(board, Noise::default()), 1, RetryPolicy::default());
+    let error = client.set(&Request::Style(Default::default())).expect_err("it speaks another version");
+    let LinkError::Fault(Fault::Version { need, have }) = error else { panic!("{error}") };
+    assert_eq!((need, have), (newer, VERSION));
 }
 
 #[test]

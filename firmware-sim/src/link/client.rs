@@ -3,7 +3,7 @@
 use std::{io, time::Duration};
 
 use gestus_core::link::{
-    Damage, Direction, Fault, Frame, Header, Identity, Receiver, Reply, Request, decode,
+    Damage, Direction, Fault, Frame, Header, Identity, Receiver, Reply, Request, VERSION, decode,
 };
 
 use super::line::Line;
@@ -220,7 +220,10 @@ impl<L: Line> Client<L> {
                 .write(Header::request(self.sequence, attempt), request)
                 .map_err(|_| LinkError::Overlong)?;
             self.line.send(bytes)?;
-            if self.listen(wait)? {
+            if let Some(version) = self.listen(wait)? {
+                if version != VERSION {
+                    return Err(LinkError::Fault(Fault::Version { need: version, have: VERSION }));
+                }
                 return match decode(&self.message) {
                     Some(Reply::Fault(fault)) => Err(LinkError::Fault(fault)),
                     Some(reply) => Ok(reply),
@@ -233,18 +236,18 @@ impl<L: Line> Client<L> {
         Err(LinkError::Timeout { retries: self.retry.retries, seconds, counts: self.counts })
     }
 
-    /// Waits for the reply to the current request. Returns false if none came in time.
-    fn listen(&mut self, wait: Duration) -> Result<bool, LinkError> {
+    /// Waits for the reply to the current request, and returns its protocol version, or `None` if none came in time.
+    fn listen(&mut self, wait: Duration) -> Result<Option<u8>, LinkError> {
         let until = self.line.now() + wait;
         loop {
             while let Some(byte) = self.arrived.pop() {
-                if self.take(byte) {
-                    return Ok(true);
+                if let Some(version) = self.take(byte) {
+                    return Ok(Some(version));
                 }
             }
             let now = self.line.now();
             if now >= until {
-                return Ok(false);
+                return Ok(None);
             }
             let mut buffer = [0; 512];
             let count = self.line.receive(&mut buffer, until - now)?;
@@ -254,32 +257,32 @@ impl<L: Line> Client<L> {
         }
     }
 
-    /// Parses a byte. Returns true if it completes the reply.
-    fn take(&mut self, byte: u8) -> bool {
+    /// Parses a byte. Returns the protocol version of the reply if the byte completes it.
+    fn take(&mut self, byte: u8) -> Option<u8> {
         let counts = &mut self.counts;
         match self.receiver.receive(byte) {
-            None => false,
+            None => None,
             Some(Err(damage)) => {
                 match damage {
                     Damage::Cut => counts.cut += 1,
                     Damage::Overlong => counts.overlong += 1,
                     _ => counts.corrupted += 1,
                 }
-                false
+                None
             }
             Some(Ok(received)) => {
                 counts.frames += 1;
                 if received.header.direction != Direction::Reply {
                     counts.foreign += 1;
-                    return false;
+                    return None;
                 }
                 if received.header.sequence != self.sequence {
                     counts.doubled += 1;
-                    return false;
+                    return None;
                 }
                 self.message.clear();
                 self.message.extend_from_slice(received.message);
-                true
+                Some(received.header.version)
             }
         }
     }
