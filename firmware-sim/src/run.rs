@@ -4,7 +4,7 @@
 use anyhow::{Context, Result, bail};
 use gestus_core::Database;
 use gestus_database::{
-    command_line::outputs::say,
+    command_line::{options::ReportArgs, outputs::say},
     parts::{Estimate, PARTS, Part, Stream, names, table},
     stream::{
         Request, Streamed,
@@ -34,9 +34,8 @@ pub struct RunArgs {
     /// a frame, `delay` with the longest delay in frames
     #[arg(long)]
     faults: Option<Faults>,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 /// Runs the command.
@@ -75,7 +74,7 @@ pub fn run(args: &RunArgs) -> Result<()> {
         ([one], _) => figures["board"] = one.json(),
         _ => {}
     }
-    if args.json { say(&figures) } else { print(&figures, &estimates) }
+    if args.report.json { say(&figures) } else { print(&figures, &estimates) }
 }
 
 /// Prints the table of parts.

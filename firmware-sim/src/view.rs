@@ -14,8 +14,8 @@ use gestus_core::blob::Manifest;
 use gestus_database::{
     command_line::{
         blob,
-        options::{GroundArgs, UnitArgs},
-        outputs::{check_outputs, say, tell},
+        options::{GroundArgs, ReportArgs, UnitArgs},
+        outputs::{check_outputs, tell},
         resolve::{find, named},
         wasm::WasmCrate,
     },
@@ -69,9 +69,8 @@ pub struct ViewArgs {
     /// HTML file to write the page to
     #[arg(short, long)]
     output: PathBuf,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 /// Runs the command.
@@ -96,20 +95,19 @@ pub fn run(args: &ViewArgs) -> Result<()> {
     let name = args.db.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let html = page(&format!("Gestus live: {name}"), &what, &module, &blob, &recording.to_bytes(digest));
     blob::write(&args.output, &html)?;
-    if args.json {
-        let output = args.output.display().to_string();
-        say(serde_json::json!({
-            "output": output, "frames": recording.frames.len(), "digest": format!("{digest:08x}"),
-            "bytes": html.len(), "wasm_bytes": module.len(),
-        }))
-    } else {
-        say(format_args!(
-            "{}: {} frames of input ({what}), digest {digest:08x}, {:.1} MB; open it in a browser",
-            args.output.display(),
-            recording.frames.len(),
-            html.len() as f64 / 1e6
-        ))
-    }
+    let (output, frames) = (args.output.display().to_string(), recording.frames.len());
+    args.report.print(
+        || {
+            serde_json::json!({
+                "output": output, "frames": frames, "digest": format!("{digest:08x}"),
+                "bytes": html.len(), "wasm_bytes": module.len(),
+            })
+        },
+        || {
+            let mb = html.len() as f64 / 1e6;
+            format!("{output}: {frames} frames of input ({what}), digest {digest:08x}, {mb:.1} MB; open it in a browser")
+        },
+    )
 }
 
 /// The initial settings of the stream.

@@ -12,6 +12,7 @@ use gestus_core::{Database, Method};
 use gestus_database::{
     command_line::{
         blob,
+        options::ReportArgs,
         outputs::{check_outputs, note, say},
         progress,
     },
@@ -105,9 +106,8 @@ pub struct BoardArgs {
     /// Build the image with these methods alone, as the core's features choose them: the others take no flash
     #[arg(long, conflicts_with = "image", value_delimiter = ',', value_name = "METHOD,…", value_parser = PossibleValuesParser::new(Method::NAMES).try_map(method))]
     methods: Vec<Method>,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 impl BoardArgs {
@@ -152,7 +152,7 @@ pub fn run(args: &BoardArgs) -> Result<()> {
         && (args.around || args.functions)
     {
         let figures = if args.around { programs::around(board)? } else { programs::functions(board)? };
-        if args.json {
+        if args.report.json {
             return say(&figures);
         }
         let mut numbers = figures.as_object().into_iter().flatten();
@@ -173,7 +173,7 @@ pub fn run(args: &BoardArgs) -> Result<()> {
         let differing: Vec<&str> = differing.map(|m| m.board.name).collect();
         (measured.iter().map(Measured::json).collect(), table(&measured), differing)
     };
-    match (&figures[..], args.json) {
+    match (&figures[..], args.report.json) {
         ([one], true) if !args.all => say(one)?,
         (_, true) => say(json!({ "boards": figures }))?,
         (_, false) => say(lines.trim_end())?,
@@ -192,14 +192,14 @@ fn build(args: &BoardArgs, boards: &[&'static Board]) -> Result<()> {
         note(format_args!("building the image of {} ({})", board.name, board.title));
         let image = image::build(board, args.options(blob.as_deref()))?;
         let flash_bytes = image::flash_bytes(&image)?;
-        if !args.json {
+        if !args.report.json {
             say(format_args!("{:10} {flash_bytes:>7} bytes of flash  {}", board.name, image.display()))?;
         }
         built.push(json!({ "board": board.name, "image": image, "flash_bytes": flash_bytes }));
     }
     match &built[..] {
-        [one] if args.json && !args.all => say(one),
-        _ if args.json => say(json!({ "boards": built })),
+        [one] if args.report.json && !args.all => say(one),
+        _ if args.report.json => say(json!({ "boards": built })),
         _ => Ok(()),
     }
 }

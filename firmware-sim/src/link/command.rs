@@ -11,6 +11,7 @@ use gestus_core::{
 use gestus_database::{
     command_line::{
         blob,
+        options::ReportArgs,
         outputs::{note, say},
         progress,
     },
@@ -60,9 +61,8 @@ pub struct LinkArgs {
     /// lose, double and corrupt, of a frame the others
     #[arg(long)]
     noise: Option<Noise>,
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    report: ReportArgs,
 }
 
 /// A robot on the board.
@@ -194,7 +194,7 @@ fn probe(args: &LinkArgs) -> Result<()> {
     let mut client = client(line::open(&args.port)?, args.timeout, args.repeats);
     let identity = BoardIdentity::from(client.hello()?);
     let statistics = named(&client.statistics()?);
-    if args.json {
+    if args.report.json {
         say(json!({ "board": identity, "statistics": object(&statistics) }))
     } else {
         say(&identity)?;
@@ -224,7 +224,7 @@ fn stream_clip<'t, L: Line>(
     clip.write(input, &linked.streamed)?;
     args.robot.write(&linked)?;
     let figures = figures(&session, &linked, &statistics);
-    if args.json {
+    if args.report.json {
         say(&figures)?;
     } else {
         print(&figures)?;
