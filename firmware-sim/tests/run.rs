@@ -96,6 +96,12 @@ fn a_part_fits_or_not_and_gives_so_many_frames() {
     assert_eq!(figures(&["--board", "all"])["boards"].as_array().map(Vec::len), Some(15));
     let (ok, stdout, _) = run(&["--board", "nrf52840"]);
     assert!(ok && stdout.contains("estimated, not measured"), "{stdout}");
+    assert!(stdout.contains("no frame of any stream takes more"), "{stdout}");
+    // The bound is known for the mixture on a Cortex-M with an FPU.
+    for more in [&["--board", "rp2040"][..], &["--board", "nrf52840", "--method", "statistic"]] {
+        let (ok, stdout, stderr) = run(more);
+        assert!(ok && stdout.contains("no bound of the worst frame"), "{stdout} {stderr}");
+    }
 }
 
 #[test]

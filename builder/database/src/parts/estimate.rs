@@ -302,7 +302,8 @@ impl Estimate {
                 "\nno frame of any stream takes more than {:.2} million instructions: at least {rate:.0} frames a second, without the time to read the blob",
                 bound / 1e6
             ),
-            _ => String::new(),
+            _ => "\nno bound of the worst frame: it is known for the mixture on a Cortex-M with an FPU"
+                .to_owned(),
         };
         format!(
             "{name}: {fit}\nestimated, not measured: {} frames a second for the median frame, {} for the worst; the \
