@@ -7,6 +7,7 @@ position servo (PD) that is told its angle of the tick. Nothing balances the rob
 import argparse
 import importlib.util
 import json
+import math
 import pathlib
 import sys
 import tempfile
@@ -99,7 +100,9 @@ def run(model, qpos, tick_hz, hang, frames=None):
     data.qpos[:] = qpos[0][-model.nq :]
     mujoco.mj_forward(model, data)
     height, reached, fell = qpos[0][2], [], None
-    steps = round(1.0 / tick_hz / model.opt.timestep)
+    # A tick takes whole steps, none longer than the model's.
+    steps = math.ceil(1.0 / tick_hz / model.opt.timestep - 1e-6)
+    model.opt.timestep = 1.0 / tick_hz / steps
     for tick, row in enumerate(qpos):
         data.ctrl[:] = row[7:]
         for _ in range(steps):
