@@ -84,6 +84,38 @@ fn no_input_is_written_over() {
     assert!(ok, "{stderr}");
 }
 
+/// Both wrote over their own input, and `page` over a person's files.
+#[cfg(unix)]
+#[test]
+fn folders_that_are_written_hold_no_input_and_nothing_of_ones_own() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("command-folders");
+    let _ = fs::remove_dir_all(&folder);
+    let [arrays, site, own] = ["arrays", "site", "own"].map(|n| folder.join(n));
+    for folder in [&arrays, &site, &own] {
+        fs::create_dir_all(folder).unwrap();
+    }
+    let [db, wasm, data, page] =
+        [site.join("data.js"), folder.join("m.wasm"), arrays.join("dofs.npy"), own.join("page.css")];
+    fs::write(&db, common::blob()).unwrap();
+    fs::write(&wasm, b"\0asm text_length").unwrap();
+    fs::write(&page, "mine").unwrap();
+    std::os::unix::fs::symlink(&db, &data).unwrap();
+    let [db, wasm, arrays, site, own] = [&db, &wasm, &arrays, &site, &own].map(|p| p.to_str().unwrap());
+    for (arguments, said) in [
+        (vec!["export", db, "-o", arrays], "dofs.npy: it would be written over an input"),
+        (vec!["page", "-o", site, "--db", db, "--wasm", wasm], "data.js: it would be written over an input"),
+        (
+            vec!["page", "-o", own, "--db", db, "--wasm", wasm],
+            "page.css is there already, and was not generated",
+        ),
+    ] {
+        let (ok, stderr) = gestus(&arguments);
+        assert!(!ok && stderr.contains(said), "{arguments:?}: {stderr}");
+    }
+    assert_eq!(fs::read(db).unwrap(), common::blob());
+    assert_eq!(fs::read_to_string(page).unwrap(), "mine");
+}
+
 /// A whole clip of blended fragments has no steps and no robot, and its feet are always held: options that are about these
 /// were passed over without a word.
 #[test]

@@ -55,6 +55,9 @@ fn the_folder_is_complete_and_needs_no_network() {
     assert!(clip.frames.len() > 200 && binding.doubt().is_none());
     assert!((clip.frames[0].root - clip.frames[clip.frames.len() - 1].root).norm() > 2.0);
 
+    // A page of its own may be written again, with another database.
+    let output = page(&db, &wasm);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     for (db, wasm, said) in [(&wasm, &wasm, "m.wasm: "), (&db, &folder.join("none"), "none can't be read")] {
         let output = page(db, wasm);
         let stderr = String::from_utf8_lossy(&output.stderr);

@@ -2,6 +2,7 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
+    fs,
     path::PathBuf,
 };
 
@@ -202,6 +203,11 @@ pub fn export(args: &ExportArgs) -> Result<()> {
         anyhow::bail!("{}: it holds models only, and no frames to export", args.db.display());
     }
     open::make_folder(&args.output)?;
+    // A file of one of these names may be a link to the database.
+    let there = fs::read_dir(&args.output)?.filter_map(|entry| Some(entry.ok()?.path()));
+    let arrays: Vec<PathBuf> =
+        there.filter(|p| p.extension().is_some_and(|e| e == "npy") || p.ends_with("manifest.json")).collect();
+    super::check_outputs([Some(&args.db)], arrays.iter().map(|array| ("-o", Some(array))))?;
     export::export(&database, &args.output)?;
     let frames = database.counts().frames;
     args.report.print(

@@ -34,6 +34,9 @@ const FILES: [(&str, &str); 7] = [
     ("page.js", include_str!("../../page/web/page.js")),
 ];
 
+/// Starts the file with the module, the database and the sample.
+const DATA: &str = "const GESTUS = ";
+
 /// Stands for the endings of the clips that are read.
 const ENDINGS: &str = "ENDINGS";
 /// Seconds of generated motion: of each clip of the database, and of the sample.
@@ -61,6 +64,9 @@ pub fn run(args: &Args) -> Result<()> {
     if let (Some(bytes), Some(path)) = (&given, &args.db) {
         doubt(&open::open(path, bytes)?).iter().for_each(super::note);
     }
+    if args.output.is_dir() {
+        check(args)?;
+    }
     // Before the database, which takes longer to build.
     let module = MODULE.bytes(args.wasm.as_deref())?;
     open::make_folder(&args.output)?;
@@ -76,12 +82,24 @@ pub fn run(args: &Args) -> Result<()> {
     let data = json!({
         "wasm": BASE64.encode(&module), "database": BASE64.encode(&blob), "sample": BASE64.encode(&sample),
     });
-    open::write(&args.output.join("data.js"), format!("const GESTUS = {data};\n"))?;
+    open::write(&args.output.join("data.js"), format!("{DATA}{data};\n"))?;
     let page = args.output.join("index.html");
     args.report.print(
         || json!({ "page": super::shown(&page), "database_bytes": blob.len(), "wasm_bytes": module.len() }),
         || summary(&page, blob.len(), module.len()),
     )
+}
+
+/// Refuses a folder in which an input or a file of the user's own would be replaced.
+fn check(args: &Args) -> Result<()> {
+    let files: Vec<PathBuf> =
+        FILES.iter().map(|(name, _)| *name).chain(["data.js"]).map(|name| args.output.join(name)).collect();
+    super::check_outputs(
+        [args.db.as_ref(), args.wasm.as_ref()],
+        files.iter().map(|file| ("-o", Some(file))),
+    )?;
+    let sample = args.output.join("sample.glb");
+    open::check_generated((&args.output.join("data.js"), DATA), files.into_iter().chain([sample]))
 }
 
 fn summary(page: &Path, blob: usize, module: usize) -> String {
