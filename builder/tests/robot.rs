@@ -353,6 +353,14 @@ fn tables_and_trajectories_have_their_shapes() {
     assert_eq!(standing.trajectory()["contacts"]["points"][1], serde_json::json!([false, true]));
 }
 
+    // A joint that follows another one is not driven, and the doubt says which.
+    let follows =
+        "<joint name=\"left_elbow\" type=\"revolute\"><mimic joint=\"left_knee\" multiplier=\"2\"/>";
+    let text = TOY.replace("<joint name=\"left_elbow\" type=\"revolute\">", follows);
+    let robot = Robot::parse(&text, "toy.urdf").unwrap();
+    let mimic = Machine::new(&database(), robot, &RobotMap::default()).unwrap();
+    let said = "left_elbow (though the file lets it follow left_knee)";
+    assert!(mimic.doubts.iter().any(|d| d.contains(said)), "{:?}", mimic.doubts);
 fn repaired(mut bytes: Vec<u8>) -> Vec<u8> {
     bytes[header::CRC].fill(0);
     let crc = crc32c(&[&bytes]);

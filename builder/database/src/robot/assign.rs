@@ -109,7 +109,7 @@ pub fn assign(robot: &Robot, map: &RobotMap) -> Assignment {
         let by_file = map.part(&hinge.name);
         let part = match by_file {
             Some(part) => part,
-            None if hinge.mimics => None,
+            None if hinge.mimics.is_some() => None,
             None => named(&hinge.name).or_else(|| named(&hinge.link)),
         };
         parts.push(part);
@@ -171,7 +171,12 @@ pub fn assign(robot: &Robot, map: &RobotMap) -> Assignment {
         }
     }
     if !result.undriven.is_empty() {
-        result.doubts.push(format!("not driven, and resting at zero: {}", names(&result.undriven)));
+        let told = result.undriven.iter().map(|&h| match &robot.hinges[h].mimics {
+            Some(other) => format!("{} (though the file lets it follow {other})", robot.hinges[h].name),
+            None => robot.hinges[h].name.clone(),
+        });
+        let told = told.collect::<Vec<_>>().join(", ");
+        result.doubts.push(format!("not driven, and resting at zero: {told}"));
     }
     result
 }
@@ -187,7 +192,7 @@ fn by_tree(robot: &Robot, parts: &mut [Option<Part>], map: &RobotMap) -> bool {
         .hinges
         .iter()
         .map(|h| {
-            !h.mimics
+            h.mimics.is_none()
                 && map.part(&h.name) != Some(None)
                 && !IGNORED.iter().any(|w| h.name.to_ascii_lowercase().contains(w))
         })

@@ -12,8 +12,11 @@ use thiserror::Error;
 
 use crate::files::{self, FileError};
 
+mod held;
 mod shape;
 
+pub use held::Held;
+use held::{held, rest};
 pub use shape::Shape;
 use shape::{isometry, shapes};
 
@@ -55,8 +58,8 @@ pub struct Hinge {
     pub acceleration: Option<f64>,
     /// Greatest jerk, rad/s³ (URDF 1.2).
     pub jerk: Option<f64>,
-    /// True for a joint that follows another one and has no motor of its own.
-    pub mimics: bool,
+    /// The joint that it follows, for one without a motor of its own.
+    pub mimics: Option<String>,
 }
 
 /// A link behind a fixed joint, such as the end of a limb.
@@ -70,17 +73,6 @@ pub struct Fixed {
     pub origin: Isometry3<f64>,
 }
 
-/// A joint that turns or slides and is held at zero.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Held {
-    /// The joint's name.
-    pub name: String,
-    /// Hinges before it, depth first.
-    pub before: usize,
-    /// True if its state is one number: it slides, or turns without a range.
-    pub single: bool,
-}
-
 /// A robot: its hinges, parents before children, depth first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Robot {
@@ -92,11 +84,11 @@ pub struct Robot {
     pub hinges: Vec<Hinge>,
     /// Links behind fixed joints.
     pub fixed: Vec<Fixed>,
-    /// Joints that are held at zero, depth first.
+    /// Joints that are held, depth first.
     pub held: Vec<Held>,
     /// Shapes of links that are no meshes.
     pub shapes: Vec<Shape>,
-    /// Deviations from the file: prismatic joints held at zero, missing limits.
+    /// Deviations from the file: joints that are held, and limits that are doubtful.
     pub notes: Vec<String>,
 }
 
@@ -300,7 +292,10 @@ fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
                     (behind, at) = (Some(read.hinges.len() - 1), Isometry3::identity());
                 }
                 None => {
-                    read.held.extend(held(joint, read.hinges.len()));
+                    if let Some(held) = held(joint, read.hinges.len()) {
+                        at *= held.turn(joint);
+                        read.held.push(held);
+                    }
                     read.fixed.push(Fixed { link: robot.links[l].name.clone(), parent: behind, origin: at })
                 }
             }
@@ -332,13 +327,6 @@ fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
     Ok(read)
 }
 
-/// A joint that is no hinge of the robot, unless it is fixed in the file too.
-fn held(joint: &urdf_rs::Joint, before: usize) -> Option<Held> {
-    use urdf_rs::JointType::{Continuous, Fixed, Prismatic, Revolute};
-    let single = matches!(joint.joint_type, Continuous | Prismatic | Revolute);
-    (joint.joint_type != Fixed).then(|| Held { name: joint.name.clone(), before, single })
-}
-
 /// A joint as a hinge; `None` if it is held fixed.
 fn hinge(
     joint: &urdf_rs::Joint,
@@ -365,8 +353,15 @@ fn hinge(
         ));
     }
     if range.1 - range.0 < 1e-3 {
-        notes.push(format!("joint `{}` has no range: it is held at zero", joint.name));
+        notes.push(format!("joint `{}` has no range: it is held at {} rad", joint.name, rest(joint)));
         return Ok(None);
+    }
+    // A whole turn may be rounded up.
+    if range.0.abs().max(range.1.abs()) > 1.01 * std::f64::consts::TAU {
+        notes.push(format!(
+            "joint `{}` turns from {} to {} rad, further than a whole turn: are its limits in degrees?",
+            joint.name, range.0, range.1
+        ));
     }
     // Numbers that stand for no limit are beyond what tables can hold. Infinite is what the file does not say.
     let rate = |v: f64| Some(v).filter(|v| v.is_finite() && *v > 1e-3).map(|v| v.min(MOST_RATE));
@@ -380,7 +375,7 @@ fn hinge(
         velocity: rate(joint.limit.velocity),
         acceleration: rate(joint.limit.acceleration),
         jerk: rate(joint.limit.jerk),
-        mimics: joint.mimic.is_some(),
+        mimics: joint.mimic.as_ref().map(|mimic| mimic.joint.clone()),
     }))
 }
 

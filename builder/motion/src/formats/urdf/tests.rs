@@ -88,6 +88,31 @@ fn a_velocity_that_is_no_limit_is_the_greatest() {
     }
 }
 
+/// Limits in degrees below 50 were taken for radians without a word.
+#[test]
+fn limits_beyond_a_whole_turn_are_doubtful() {
+    for (upper, doubts) in [("45", 1), ("6.2832", 0), ("1", 0)] {
+        let second = joint("k", "b", "c", "").replace("upper=\"1\"", &format!("upper=\"{upper}\""));
+        let read = Robot::parse(&robot(&(joint("j", "a", "b", "") + &second)), "r.urdf").unwrap();
+        assert_eq!((read.hinges.len(), read.notes.len()), (2, doubts), "{upper}: {:?}", read.notes);
+        assert!(read.notes.iter().all(|note| note.contains("`k`") && note.contains("in degrees")));
+    }
+}
+
+/// Such a joint was held at zero, outside its limits.
+#[test]
+fn a_joint_without_a_range_is_held_within_its_limits() {
+    for (limits, angle) in [("0.5", 0.5), ("-0.25", -0.25), ("0", 0.0)] {
+        let bent = joint("k", "b", "c", "")
+            .replace("lower=\"-1\" upper=\"1\"", &format!("lower=\"{limits}\" upper=\"{limits}\""));
+        let read = Robot::parse(&robot(&(joint("j", "a", "b", "") + &bent)), "r.urdf").unwrap();
+        assert_eq!(read.held, [Held { name: "k".into(), before: 1, single: true, angle }]);
+        assert!(read.notes[0].contains(&format!("held at {angle} rad")), "{:?}", read.notes);
+        let turned = read.fixed[0].origin.rotation.angle_to(&UnitQuaternion::identity());
+        assert!((turned - angle.abs()).abs() < 1e-12, "{turned}");
+    }
+}
+
 #[test]
 fn a_motion_is_no_robot() {
     let error = Robot::parse("HIERARCHY\nROOT Hips", "walk.bvh").unwrap_err();
