@@ -116,6 +116,39 @@ fn folders_that_are_written_hold_no_input_and_nothing_of_ones_own() {
     assert_eq!(fs::read_to_string(page).unwrap(), "mine");
 }
 
+/// What is wrong with a robot was found after the clip was written.
+#[test]
+fn a_robot_is_refused_before_anything_is_written() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("command-robot");
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    let [db, clip, ball, map, out, qpos] =
+        ["k.gestus", "walk.bvh", "ball.urdf", "map.gestus", "out.bvh", "q.csv"].map(|n| folder.join(n));
+    fs::write(&db, common::blob()).unwrap();
+    fs::write(&clip, Bvh::from_clip(common::walk(), Unit::Centimetres).unwrap().to_text()).unwrap();
+    let toy = gestus_motion::formats::urdf::TOY;
+    fs::write(&ball, toy.replace("\"left_elbow\" type=\"revolute\"", "\"left_elbow\" type=\"floating\""))
+        .unwrap();
+    fs::write(&map, gestus_core::robot::layout::MAGIC).unwrap();
+    let [db, clip, ball, map, written, qpos, here] =
+        [&db, &clip, &ball, &map, &out, &qpos, &folder].map(|p| p.to_str().unwrap());
+    let translate = ["translate", "--db", db, "--input", clip, "--style", "proud", "-o", written];
+    for (more, said) in [
+        (&["--robot", here, "--csv", qpos][..], "--robot "),
+        (&["--robot", ball, "--robot-map", here, "--csv", qpos], "--robot-map "),
+        (&["--robot", ball, "--qpos", qpos], "ball.urdf: joint `left_elbow`"),
+        (&["--robot", clip, "--csv", qpos], "this is a BVH file"),
+    ] {
+        let (ok, stderr) = gestus(&[&translate[..], more].concat());
+        assert!(!ok && stderr.contains(said) && !stderr.contains("over an input"), "{more:?}: {stderr}");
+        assert!(!out.exists(), "{more:?}");
+    }
+    for arguments in [&["inspect", map][..], &["cut", map, "--models-only", "-o", written]] {
+        let (ok, stderr) = gestus(arguments);
+        assert!(!ok && stderr.contains("map.gestus: it holds the tables of a robot"), "{stderr}");
+    }
+}
+
 /// A whole clip of blended fragments has no steps and no robot, and its feet are always held: options that are about these
 /// were passed over without a word.
 #[test]

@@ -16,7 +16,7 @@ use gestus_core::{
 };
 use gestus_database::robot::{
     Machine, MachineError, RobotMap, RobotMapError,
-    play::{end_effectors, play, play_frames, play_standing},
+    play::{end_effectors, play, play_frames, play_round, play_standing},
     stand::to_robot_world,
     write::QposError,
 };
@@ -175,6 +175,64 @@ fn qpos_puts_a_robot_like_the_body_where_the_body_is() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
+/// The quaternion's sign changed between rows, and whoever interpolated them saw the base turn around.
+#[test]
+fn the_base_turns_without_a_leap_of_its_quaternion() {
+    let machine = toy("");
+    let frame = |i: usize| {
+        let mut frame = walk().frames[0].clone();
+        frame.rotations[0] =
+            UnitQuaternion::from_axis_angle(&Vector3::y_axis(), i as f64 * 0.1) * frame.rotations[0];
+        frame
+    };
+    // Two turns and a half.
+    let frames: Vec<_> = (0..157).map(frame).collect();
+    let played = play_frames(&machine, &frames);
+    let (_, qpos) = played.qpos(&machine.robot).unwrap();
+    let qpos: Vec<[f64; 4]> = qpos.iter().map(|row| std::array::from_fn(|k| row[3 + k])).collect();
+    let dot = |a: &[f64; 4], b: &[f64; 4]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    assert!(qpos[0][0] >= 0.0 && qpos.iter().any(|q| q[0] < -0.5), "{:?}", qpos[0]);
+    assert!(qpos.windows(2).all(|pair| dot(&pair[0], &pair[1]) > 0.9));
+    let csv = played.csv();
+    let of_csv = csv.lines().skip(1).map(|line| {
+        let row: Vec<f64> = line.split(',').map(|v| v.parse().unwrap_or(0.0)).collect();
+        std::array::from_fn(|k| row[1 + 16 + 3 + k])
+    });
+    let points = played.trajectory()["base"]["points"].as_array().unwrap().clone();
+    let of_points = points.iter().map(|point| {
+        let turn = &point["transforms"][0]["rotation"];
+        ["w", "x", "y", "z"].map(|k| turn[k].as_f64().unwrap())
+    });
+    for rows in [of_csv.collect::<Vec<_>>(), of_points.collect()] {
+        assert!(rows.len() == qpos.len() && rows.iter().zip(&qpos).all(|(a, b)| dot(a, b) > 0.999));
+    }
+}
+
+/// The drive began at zero, so the rows of a loop were none.
+#[test]
+fn a_round_of_a_loop_ends_where_it_begins() {
+    let machine = toy("");
+    let mut round = walk().clone();
+    // An arm that swings once in 41 frames of 30 a second: 68.3 ticks.
+    let arm = round.skeleton.find("UpperArm_L").unwrap();
+    round.frames = (0..=41)
+        .map(|i| {
+            let mut frame = walk().frames[0].clone();
+            let swing = 0.6 + 0.3 * (2.0 * PI * f64::from(i) / 41.0).sin();
+            frame.rotations[arm] *= UnitQuaternion::from_axis_angle(&Vector3::x_axis(), swing);
+            frame
+        })
+        .collect();
+    let open = play(&machine, &round);
+    let played = play_round(&machine, &round, &[[true, false], [false, true]]);
+    assert_eq!(played.ticks.len(), 68 + 1);
+    assert!(open.gap_deg() > 10.0 && played.gap_deg() < 0.1, "{} {}", open.gap_deg(), played.gap_deg());
+    assert_eq!(played.figures(&machine)["limit_violations"], 0);
+    let feet: Vec<_> = [0, 1, 68].iter().map(|&tick: &usize| played.ticks[tick].contacts.unwrap()).collect();
+    assert_eq!(feet, [[true, false], [false, true], [true, false]]);
+    assert!(played.csv().lines().nth(1).is_some_and(|row| row.starts_with("0.020000,")));
+}
+
 #[test]
 fn the_toy_stands_on_the_floor() {
     let machine = toy("acceleration = 4000\njerk = 400000\nvelocity = 60\n");
@@ -206,7 +264,7 @@ fn qpos_has_a_number_for_every_joint_of_the_model() {
         .replace(
             "</robot>",
             "<link name=\"tail\"/><joint name=\"wag\" type=\"revolute\"><parent link=\"torso\"/><child link=\"tail\"/>\
-             <limit lower=\"0\" upper=\"0\" velocity=\"1\" effort=\"1\"/></joint></robot>",
+             <axis xyz=\"0 0 1\"/><limit lower=\"0.5\" upper=\"0.5\" velocity=\"1\" effort=\"1\"/></joint></robot>",
         );
     let robot = Robot::parse(&text, "toy.urdf").unwrap();
     assert_eq!(robot.hinges.len(), 15);
@@ -215,7 +273,7 @@ fn qpos_has_a_number_for_every_joint_of_the_model() {
     let at = names.iter().position(|n| n == "left_elbow").unwrap();
     assert_eq!((names.len(), names.last().map(String::as_str)), (7 + 17, Some("wag")));
     assert!(names[at - 1].starts_with("left_shoulder") && names[at + 1].starts_with("right_"), "{names:?}");
-    assert!(rows.iter().all(|row| row.len() == 24 && row[at] == 0.0 && row[23] == 0.0));
+    assert!(rows.iter().all(|row| row.len() == 24 && row[at] == 0.0 && row[23] == 0.5));
     let ball = TOY.replace(
         "<joint name=\"left_elbow\" type=\"revolute\">",
         "<joint name=\"left_elbow\" type=\"floating\">",
@@ -295,6 +353,14 @@ fn maps_set_rates_servos_and_what_is_not_driven() {
     assert_eq!(servo.pulse((PI / 6.0) as f32), 1200);
     assert!(machine.doubts.iter().any(|d| d.contains("ghost")), "{:?}", machine.doubts);
     assert!(machine.doubts.iter().any(|d| d.contains("left_elbow")), "{:?}", machine.doubts);
+    // A joint that follows another one is not driven, and the doubt says which.
+    let follows =
+        "<joint name=\"left_elbow\" type=\"revolute\"><mimic joint=\"left_knee\" multiplier=\"2\"/>";
+    let text = TOY.replace("<joint name=\"left_elbow\" type=\"revolute\">", follows);
+    let robot = Robot::parse(&text, "toy.urdf").unwrap();
+    let mimic = Machine::new(&database(), robot, &RobotMap::default()).unwrap();
+    let said = "left_elbow (though the file lets it follow left_knee)";
+    assert!(mimic.doubts.iter().any(|d| d.contains(said)), "{:?}", mimic.doubts);
     let played = play(&machine, walk());
     let elbow = machine.robot.find("left_elbow").unwrap();
     assert!(played.ticks.iter().all(|t| t.motions[elbow].position == 0.0));
@@ -353,14 +419,6 @@ fn tables_and_trajectories_have_their_shapes() {
     assert_eq!(standing.trajectory()["contacts"]["points"][1], serde_json::json!([false, true]));
 }
 
-    // A joint that follows another one is not driven, and the doubt says which.
-    let follows =
-        "<joint name=\"left_elbow\" type=\"revolute\"><mimic joint=\"left_knee\" multiplier=\"2\"/>";
-    let text = TOY.replace("<joint name=\"left_elbow\" type=\"revolute\">", follows);
-    let robot = Robot::parse(&text, "toy.urdf").unwrap();
-    let mimic = Machine::new(&database(), robot, &RobotMap::default()).unwrap();
-    let said = "left_elbow (though the file lets it follow left_knee)";
-    assert!(mimic.doubts.iter().any(|d| d.contains(said)), "{:?}", mimic.doubts);
 fn repaired(mut bytes: Vec<u8>) -> Vec<u8> {
     bytes[header::CRC].fill(0);
     let crc = crc32c(&[&bytes]);

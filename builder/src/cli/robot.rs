@@ -5,13 +5,20 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail};
 use gestus_core::Database;
 use gestus_database::{
-    robot::{Machine, RobotMap, play::play_standing, write::is_npy},
+    robot::{
+        Machine, RobotMap,
+        play::{play_round, play_standing},
+        write::{check_qpos, is_npy},
+    },
     stream::{Streamed, input::Input},
 };
 use gestus_motion::formats::urdf;
 use serde_json::Value;
 
 use super::{figures::add, open};
+
+/// How far a robot's loop may be open without a word, degrees.
+const CLOSED_DEG: f64 = 1.0;
 
 /// A robot that follows the output.
 #[derive(clap::Args, Clone)]
@@ -40,13 +47,18 @@ pub struct RobotArgs {
 }
 
 impl RobotArgs {
-    /// Refuses a robot without an output for it.
+    /// Refuses a robot without an output for it, and a folder in its place.
     pub fn check(&self, json: bool) -> Result<()> {
         if self.robot.is_some() && !json && self.outputs().iter().all(|(_, path)| path.is_none()) {
             bail!(
                 "--robot has no output: give --csv, --trajectory, --qpos, --servo or --robot-section, or --json for its \
                  figures"
             );
+        }
+        for (option, path) in [("--robot", &self.robot), ("--robot-map", &self.robot_map)] {
+            if let Some(folder) = path.as_ref().filter(|path| path.is_dir()) {
+                bail!("{option} {}: this is a folder: give a file", folder.display());
+            }
         }
         self.qpos.as_deref().map_or(Ok(true), is_npy)?;
         Ok(())
@@ -63,12 +75,15 @@ impl RobotArgs {
         ]
     }
 
-    /// Drives the robot and writes its outputs; returns its figures.
-    pub fn run(&self, database: &Database<'_>, input: &Input, streamed: &Streamed) -> Result<Option<Value>> {
+    /// Reads the robot, makes it ready for the database, and says what is doubtful.
+    pub fn machine(&self, database: &Database<'_>) -> Result<Option<Machine>> {
         let Some(path) = &self.robot else { return Ok(None) };
         let map = self.robot_map.as_deref().map(RobotMap::read).transpose()?.unwrap_or_default();
-        let mut machine = Machine::new(database, urdf::Robot::read(path)?, &map)
-            .with_context(|| path.display().to_string())?;
+        let (robot, name) = (urdf::Robot::read(path)?, || path.display().to_string());
+        if self.qpos.is_some() {
+            check_qpos(&robot).with_context(name)?;
+        }
+        let mut machine = Machine::new(database, robot, &map).with_context(name)?;
         // Who takes angles has no hobby servos.
         if self.servo.is_none() {
             machine.servo_doubts.clear();
@@ -77,8 +92,25 @@ impl RobotArgs {
         for doubt in &machine.doubts {
             super::note(format_args!("{}: doubt: {doubt}", path.display()));
         }
+        Ok(Some(machine))
+    }
+
+    /// Drives the robot and writes its outputs; returns its figures.
+    pub fn run(&self, machine: &Machine, input: &Input, streamed: &Streamed) -> Result<Value> {
         let contacts = streamed.contacts(machine.tick_hz);
-        let played = play_standing(&machine, &input.body(streamed, machine.tick_hz), &contacts);
+        let played = if input.round().is_some() {
+            play_round(machine, &input.body(streamed, input.mapped.rate_hz), &contacts)
+        } else {
+            play_standing(machine, &input.body(streamed, machine.tick_hz), &contacts)
+        };
+        if input.round().is_some() && played.gap_deg() > CLOSED_DEG {
+            super::note(format_args!(
+                "{}: doubt: its loop does not close: a hinge ends {:.1} degrees from where it begins, since its limits are \
+                 too low for the motion",
+                machine.robot.name,
+                played.gap_deg()
+            ));
+        }
         let write = |path: &Option<PathBuf>, bytes: &dyn Fn() -> Result<Vec<u8>>| -> Result<()> {
             let Some(path) = path else { return Ok(()) };
             open::write(path, bytes()?)
@@ -91,7 +123,7 @@ impl RobotArgs {
         write(&self.servo, &|| Ok(played.servo_csv().into_bytes()))?;
         write(&self.robot_section, &|| Ok(machine.bytes().to_vec()))?;
         let mut figures = machine.json();
-        add(&mut figures, played.figures(&machine));
-        Ok(Some(figures))
+        add(&mut figures, played.figures(machine));
+        Ok(figures)
     }
 }

@@ -244,6 +244,7 @@ fn one(args: &Args) -> Result<Value> {
     let common = &args.common;
     let bytes = open::read_blob(&common.db)?;
     let database = open::open(&common.db, &bytes)?;
+    let machine = args.robot.machine(&database)?;
     let reading = InputOptions { looped: args.looped, ..common.clip.reading()? };
     let input = Input::read_with(&common.clip.input, &database, &reading)?;
     super::tell(&common.clip.input, input.notes());
@@ -261,8 +262,8 @@ fn one(args: &Args) -> Result<Value> {
     }
     let mut figures = figures(&streamed);
     figures["output_frames"] = json!(output.frames.len());
-    if let Some(robot) = args.robot.run(&database, &input, &streamed)? {
-        figures["robot"] = robot;
+    if let Some(machine) = &machine {
+        figures["robot"] = args.robot.run(machine, &input, &streamed)?;
     }
     figures["retargeted"] = json!(input.retarget().is_some());
     figures["verdict"] = verdict.json();

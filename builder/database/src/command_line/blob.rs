@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
-use gestus_core::Database;
+use gestus_core::{Database, retarget, robot};
 use gestus_motion::files;
 
 /// Largest file that is read, bytes: offsets in it have 32 bits.
@@ -30,5 +30,15 @@ pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
 /// # Errors
 /// What is wrong with it, after the name of its file.
 pub fn open<'a>(path: &Path, bytes: &'a [u8]) -> Result<Database<'a>> {
-    Database::open(bytes).map_err(|error| anyhow!("{}: {error}", path.display()))
+    let others =
+        [(robot::layout::MAGIC, "the tables of a robot"), (retarget::layout::MAGIC, "the map of a skeleton")];
+    Database::open(bytes).map_err(|error| match others.iter().find(|(magic, _)| bytes.starts_with(magic)) {
+        Some((_, what)) => {
+            anyhow!(
+                "{}: it holds {what}, for firmware: give the database that it was made for",
+                path.display()
+            )
+        }
+        None => anyhow!("{}: {error}", path.display()),
+    })
 }

@@ -4,7 +4,7 @@ use gestus_core::{
     blob::layout::MAX_JOINTS,
     robot::{Drive, Driven, layout::MAX_HINGES, limits::Motion},
 };
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, UnitQuaternion};
 use serde_json::{Value, json};
 
 use crate::robot::machine::Machine;
@@ -13,6 +13,9 @@ use gestus_motion::{
     clip::{Clip, Frame, rotation},
     statistics::mean_or_zero,
 };
+
+/// Seconds that a robot takes from where it stands to the motion.
+const ARRIVAL_S: f64 = 1.0;
 
 /// One tick.
 #[derive(Debug, Clone)]
@@ -25,7 +28,8 @@ pub struct Tick {
     pub pulses: Vec<u16>,
     /// The core's report.
     pub driven: Driven,
-    /// The base in the robot's world ([`stand`](super::stand)), metres.
+    /// The base in the robot's world ([`stand`](super::stand)), metres. Of the two quaternions of its rotation, the one that
+    /// is nearer to the tick's before; the first has w >= 0.
     pub base: Isometry3<f64>,
     /// Whether the left and the right foot stand; `None` where nothing tells.
     pub contacts: Option<[bool; 2]>,
@@ -60,6 +64,38 @@ pub fn play_standing(machine: &Machine, clip: &Clip, contacts: &[[bool; 2]]) -> 
     played
 }
 
+/// Drives a round of a loop, whose last pose is its first again, in a whole number of ticks. Rounds before it bring the
+/// robot to where it is in each; the ticks are those of the last round, the first pose again with them. `contacts` as for
+/// [`play_standing`].
+pub fn play_round(machine: &Machine, round: &Clip, contacts: &[[bool; 2]]) -> Played {
+    let period = (round.frames.len() - 1) as f64;
+    let count = ((period / round.rate_hz * machine.tick_hz).round() as usize).max(2);
+    let before = count * (ARRIVAL_S * machine.tick_hz / count as f64).ceil().max(1.0) as usize;
+    let pose = |tick: usize| round.at(tick as f64 * period / count as f64);
+    let mut frames: Vec<Frame> = (0..before + count).map(|tick| pose(tick % count)).collect();
+    frames.push(pose(count));
+    let mut played = play_frames(machine, &frames);
+    played.ticks.drain(..before);
+    one_sign(&mut played.ticks);
+    let first = contacts.first();
+    for (i, tick) in played.ticks.iter_mut().enumerate() {
+        tick.contacts = contacts.get(i).or(first).copied();
+    }
+    played
+}
+
+/// Gives the bases' quaternions the signs that [`Tick::base`] names.
+fn one_sign(ticks: &mut [Tick]) {
+    let mut before = UnitQuaternion::identity();
+    for tick in ticks {
+        let turn = &mut tick.base.rotation;
+        if turn.coords.dot(&before.coords) < 0.0 {
+            *turn = UnitQuaternion::new_unchecked(-turn.into_inner());
+        }
+        before = *turn;
+    }
+}
+
 /// Drives frames that are one tick apart.
 pub fn play_frames(machine: &Machine, frames: &[Frame]) -> Played {
     let mut drive =
@@ -75,8 +111,10 @@ pub fn play_frames(machine: &Machine, frames: &[Frame]) -> Played {
             contacts: None,
         }
     });
+    let mut ticks: Vec<Tick> = ticks.collect();
+    one_sign(&mut ticks);
     Played {
-        ticks: ticks.collect(),
+        ticks,
         names: machine.robot.hinges.iter().map(|h| h.name.clone()).collect(),
         base: machine.robot.base.clone(),
         tick_hz: machine.tick_hz,
@@ -114,6 +152,13 @@ pub fn end_effectors(machine: &Machine, played: &Played, clip: &Clip) -> (f64, f
 }
 
 impl Played {
+    /// Largest difference of a hinge's angles in the first and in the last tick, degrees: how far a loop is open.
+    pub fn gap_deg(&self) -> f64 {
+        let ends = self.ticks.first().zip(self.ticks.last());
+        let pairs = ends.into_iter().flat_map(|(first, last)| first.motions.iter().zip(&last.motions));
+        pairs.map(|(a, b)| f64::from((a.position - b.position).abs()).to_degrees()).fold(0.0, f64::max)
+    }
+
     /// Figures of the motion, compared with the machine's limits.
     pub fn figures(&self, machine: &Machine) -> Value {
         let tables = machine.tables();

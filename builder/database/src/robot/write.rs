@@ -1,7 +1,7 @@
 //! A robot's motion as files: angles, a ROS trajectory, MuJoCo's `qpos`, servo pulses.
 //!
-//! Angles are those that the hinges reach; the base is where the motion has it. One row a tick; the first is one tick after
-//! the start. The world has X ahead, Y left and Z up.
+//! One row a tick. The base is where the motion has it at the tick's beginning; angles are those that the hinges, which are
+//! told that pose, reach by its end, which is the row's time. The world has X ahead, Y left and Z up.
 
 use std::path::Path;
 
@@ -33,7 +33,8 @@ const BASE: [&str; 9] = [
 #[allow(missing_docs, reason = "the messages say what the fields are")]
 pub enum QposError {
     #[error(
-        "joint `{joint}` of the robot is neither fixed nor a hinge, and MuJoCo gives it more than one number: write --csv"
+        "joint `{joint}` is neither fixed nor a hinge, and MuJoCo gives it more than one number, which --qpos does not write: \
+         give --csv"
     )]
     Joint { joint: String },
     #[error("{file}: `qpos` is written as .npy or .csv")]
@@ -54,6 +55,17 @@ pub fn is_npy(path: &Path) -> Result<bool, QposError> {
     }
 }
 
+/// Refuses a robot that has no `qpos`.
+///
+/// # Errors
+/// [`QposError::Joint`] for a robot with a ball or another joint of several numbers.
+pub fn check_qpos(robot: &Robot) -> Result<(), QposError> {
+    match robot.held.iter().find(|held| !held.single) {
+        Some(held) => Err(QposError::Joint { joint: held.name.clone() }),
+        None => Ok(()),
+    }
+}
+
 /// A name as a column: commas, quotes and line ends become `_`.
 fn column(name: &str) -> String {
     name.chars().map(|c| if c == ',' || c == '"' || c.is_control() { '_' } else { c }).collect()
@@ -62,13 +74,11 @@ fn column(name: &str) -> String {
 /// The base: position in metres, then the quaternion with w first.
 fn base(tick: &Tick) -> [f64; 7] {
     let (at, turn) = (tick.base.translation.vector, tick.base.rotation);
-    // Of the two quaternions of a rotation, the one with w > 0.
-    let sign = if turn.w < 0.0 { -1.0 } else { 1.0 };
-    [at.x, at.y, at.z, sign * turn.w, sign * turn.i, sign * turn.j, sign * turn.k]
+    [at.x, at.y, at.z, turn.w, turn.i, turn.j, turn.k]
 }
 
 impl Played {
-    /// Time of a tick, seconds from the start.
+    /// Time of a tick's end, seconds from the start.
     fn time_s(&self, tick: usize) -> f64 {
         (tick + 1) as f64 / self.tick_hz
     }
@@ -147,29 +157,28 @@ impl Played {
     }
 
     /// MuJoCo's `qpos` of each tick, for the robot's URDF with a free joint at its base: position in metres, quaternion
-    /// with w first, then one number a joint, depth first; joints that Gestus holds are 0. Shape `[ticks, 7 + joints]`,
+    /// with w first, then one number a joint, depth first, also those that are held. Shape `[ticks, 7 + joints]`,
     /// with the names of the columns.
     ///
     /// # Errors
     /// [`QposError::Joint`] for a robot with a ball or another joint of several numbers.
     pub fn qpos(&self, robot: &Robot) -> Result<(Vec<String>, Vec<Vec<f64>>), QposError> {
-        if let Some(held) = robot.held.iter().find(|held| !held.single) {
-            return Err(QposError::Joint { joint: held.name.clone() });
-        }
-        // Hinges by number, and joints that are held.
-        let mut order: Vec<(&str, Option<usize>)> = Vec::new();
+        check_qpos(robot)?;
+        // Hinges by number, and the angles of joints that are held.
+        let mut order: Vec<(&str, Result<usize, f64>)> = Vec::new();
         let mut held = robot.held.iter().peekable();
         for h in 0..=self.names.len() {
             while let Some(rest) = held.next_if(|held| held.before <= h) {
-                order.push((&rest.name, None));
+                order.push((&rest.name, Err(rest.angle)));
             }
-            order.extend(self.names.get(h).map(|name| (name.as_str(), Some(h))));
+            order.extend(self.names.get(h).map(|name| (name.as_str(), Ok(h))));
         }
         let root =
             ["root_x", "root_y", "root_z", "root_qw", "root_qx", "root_qy", "root_qz"].map(str::to_owned);
         let names = root.into_iter().chain(order.iter().map(|(name, _)| column(name))).collect();
         let rows = self.ticks.iter().map(|tick| {
-            let angle = |h: &Option<usize>| h.map_or(0.0, |h| f64::from(tick.motions[h].position));
+            let angle =
+                |h: &Result<usize, f64>| h.map_or_else(|held| held, |h| f64::from(tick.motions[h].position));
             base(tick).into_iter().chain(order.iter().map(|(_, h)| angle(h))).collect()
         });
         Ok((names, rows.collect()))
