@@ -262,15 +262,16 @@ pub fn regress(
     let prediction = beta.dot(&biased) * s;
     let inside = into(prediction, mean_y, p.output_kappa * scale);
     // A body that stands is moved by its own velocity: the neighbors' mean gives way to it.
-    let stands = if (dof::FORWARD..=dof::LEFT).contains(&d) && outside != 0.0 {
-        let moves = (x / (x - outside)).abs().min(1.0);
-        (1.0 - moves) * (x - mean_y - kept_out)
+    let moves = if (dof::FORWARD..=dof::LEFT).contains(&d) && outside != 0.0 {
+        let ratio = (x / (x - outside)).abs().min(1.0);
+        3.0 * ratio.powi(2) - 2.0 * ratio.powi(3)
     } else {
-        0.0
+        1.0
     };
+    let stands = (1.0 - moves) * (x - mean_y - kept_out);
     let change =
         examples.iter().map(|e| e.y[d] - e.y_prev[d] - part * (e.x[d] - e.x_prev[d])).sum::<f64>() / n;
-    [prediction + kept, inside + kept_out + stands, change + part * (x - x_prev)]
+    [prediction + kept, inside + kept_out + stands, moves * (change + part * (x - x_prev))]
 }
 
 /// What of the input's departure the output keeps: as much as clips of the style differ.

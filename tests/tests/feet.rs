@@ -173,7 +173,7 @@ fn a_body_that_the_speed_limit_holds_back_stays_above_the_floor() {
 }
 
 #[test]
-fn joints_turn_no_faster_than_the_input_has_shown() {
+fn joints_turn_no_faster_than_the_input_or_its_style() {
     let database = Database::open(motion::small()).unwrap();
     // From the slowest style to the fastest.
     let clip = motion::unseen(0, 1, 200);
@@ -192,13 +192,22 @@ fn joints_turn_no_faster_than_the_input_has_shown() {
     let shown = fastest(&Performance::of_clip(&clip, &Body::of(&Corpus::of_clip(&clip)).unwrap()));
     let free = run(0.0);
     let freely = late(Performance::of_stream(&free));
-    println!("fastest joint: input {shown:.2}, output {freely:.2} rad/s");
+    // The style's own speed, and how much faster than the input its poses follow each other.
+    let of_style = (0..database.counts().classes).filter(|class| database.class(*class).style == 2);
+    let turning = of_style.map(|class| f64::from(database.trust_limits(class).unwrap().turning));
+    let turning = turning.fold(0.0, f64::max);
+    let shortest = free.steps.iter().map(|step| f64::from(step.report.step_s)).fold(1.0, f64::min);
+    let tempo = (1.0 / (clip.rate_hz * shortest)).max(1.0);
+    println!("fastest joint: input {shown:.2}, style {turning:.2}, output {freely:.2} rad/s, tempo {tempo:.2}");
     for limit in [1.0, 1.2] {
-        let allowed = f64::from(limit) * shown;
+        let of_input = f64::from(limit) * shown;
+        let of_style = f64::from(limit / Config::new().speed_limit) * turning;
+        let allowed = of_style.clamp(of_input, (5.0 / 3.0 * tempo * of_input).max(of_input));
         let held = late(Performance::of_stream(&run(limit)));
-        println!("limit {limit}: {held:.2} of {allowed:.2} rad/s");
-        assert!(freely > allowed, "{freely}: nothing to limit");
+        println!("limit {limit}: {held:.2} of {allowed:.2} rad/s, by the input {of_input:.2}");
+        assert!(freely > of_input, "{freely}: nothing to limit");
         assert!(held < 1.001 * allowed, "{held} rad/s");
+        assert!(held > 1.05 * of_input || turning < of_input, "{held}: the style is not as quick as it is");
     }
     // A limit far above the actual speed changes nothing.
     assert_eq!(run(50.0).digest, free.digest);

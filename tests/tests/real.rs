@@ -207,14 +207,19 @@ fn standing_feet_do_not_slide_on_real_clips() {
             let performance = Performance::of_stream(&streamed);
             let skate = skate_cm_s(&corpus.skeleton, &legs, &performance);
             let deepest = deepest_cm(&corpus.skeleton, &legs, &performance);
-            let faster = fastest(&performance) / fastest(&Performance::of_clip(clip, &body));
+            let shown = fastest(&Performance::of_clip(clip, &body));
+            let faster = fastest(&performance) / shown;
+            // A quicker style turns its joints as fast as its clips do.
+            let of_style = (0..database.counts().classes).filter(|class| database.class(*class).style == style);
+            let turning = of_style.map(|class| f64::from(database.trust_limits(class).unwrap().turning));
+            let allowed = (1.2 * shown).max(turning.fold(0.0, f64::max).min(2.0 * shown));
             println!(
                 "{name} to {}: skate {skate:.2} cm/s, lowest foot {deepest:.2} cm, fastest joint {faster:.2} times the input's",
                 corpus.styles[usize::from(style)]
             );
             assert!(skate <= 1.0, "feet slide at {skate} cm/s");
             assert!(deepest > -1.1, "{deepest} cm below the floor");
-            assert!(faster < 1.2001, "a joint {faster} times as fast as any of the input");
+            assert!(faster * shown < 1.0001 * allowed, "a joint {faster} times as fast as any of the input");
         }
     }
     println!("contacts: F1 {:.4}, accuracy {:.4}", score.f1(), score.accuracy());

@@ -207,7 +207,8 @@ parameters! {
     /// at a small λ, and makes the output rougher.
     22 FEEDBACK feedback: f32 = 1.0, [1e-3 to 1e6], &[Method::Mar];
     /// How fast a joint of the output may turn, in multiples of the input's fastest joint of the last seconds; 0 sets no
-    /// limit. Lower holds quick gestures of the style back.
+    /// limit. A quicker style may turn joints as fast as its clips do, up to 5/3 of that. Lower holds quick styles back:
+    /// their feet slide, and their arms do not rise as high.
     23 SPEED_LIMIT speed_limit: f32 = 1.2, [0 or 1.0 to 100.0], &Method::ALL;
     /// Half width κy of the interval about the neighbors' mean that an output stays in, in standard deviations of the dof
     /// over the database; Xia 2015 has none. Wider lets outputs that feed each other run away from every example.

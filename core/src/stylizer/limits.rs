@@ -8,39 +8,49 @@ use crate::{
     output::speed_limit,
 };
 
-/// The speed limit for which the style's speed is the limit during a soft start. Another limit scales it.
+/// The speed limit for which the style's speed is the limit. Another limit scales it.
 const DEFAULT_LIMIT: f32 = Config::new().speed_limit;
+/// How many times the input's limit a quick style may have: with the default, twice the input's fastest joint.
+const MAX_STYLE_RATIO: f32 = 5.0 / 3.0;
 
 impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
-    /// Limits the joints to the input's speed, and during a soft start to the style's.
+    /// Limits the joints to the input's speed, or to the style's if that is greater or the stream begins.
     #[inline(never)]
     pub(super) fn limit_speed(&mut self, report: &Report, frames: f32, output: &mut Pose<J>) {
         let Some(last) = self.last.as_ref() else { return };
         let (database, settings) = (&self.database, &self.settings);
-        let mut limits = [self.limit.max_speed(self.config.speed_limit); MAX_GROUPS];
+        let speed = self.limit.max_speed(self.config.speed_limit);
+        let mut limits = [speed; MAX_GROUPS];
         let softness = self.limit.softness();
         let nearest = report.classes.first().map(|share| database.labels(usize::from(share.class))[0]);
         let action = self.limit.likely_action(nearest);
-        if softness > 0.0 {
+        let seconds = frames * report.step_s;
+        // Few frames need the style's speed.
+        if softness > 0.0 || speed_limit::is_faster(speed * seconds, last, output) {
+            // A style that plays its poses in less time than the input turns its joints that much faster.
+            let tempo = 1.0 / (database.rate_hz() * report.step_s);
+            let most = MAX_STYLE_RATIO * speed * clamp(tempo, 1.0, f32::INFINITY);
             let mut last_mix = None;
             for (group, limit) in limits.iter_mut().enumerate().take(database.counts().groups) {
                 // All joint groups usually have the same mix.
                 let mix = settings.mix_of(group);
-                let max_output_speed = match last_mix {
-                    Some((of, max_output_speed)) if of == mix => max_output_speed,
+                let style = match last_mix {
+                    Some((of, style)) if of == mix => style,
                     _ => self.max_output_speed(report, action, mix),
                 };
-                last_mix = Some((mix, max_output_speed));
-                if max_output_speed < *limit {
-                    // A weaker style limits less.
-                    let part = softness * clamp(settings.strength_of(group), 0.0, 1.0);
-                    *limit += part * (max_output_speed - *limit);
-                }
+                last_mix = Some((mix, style));
+                let target = match style {
+                    Some(style) if style < speed => speed + softness * (style - speed),
+                    Some(style) => clamp(style, 0.0, most),
+                    None => speed,
+                };
+                // A weaker style changes the limit less.
+                *limit += clamp(settings.strength_of(group), 0.0, 1.0) * (target - speed);
             }
         }
         let groups = database.groups().take(database.counts().joints);
         let speeds = groups.map(|group| limits.get(group).copied().unwrap_or(0.0));
-        let limited = speed_limit::limit_rotations(speeds, frames * report.step_s, last, output);
+        let limited = speed_limit::limit_rotations(speeds, seconds, last, output);
         let has_style = settings.strength_of(database.joint_group(0)) > 0.0;
         if limited != 0 && self.config.contacts && has_style {
             self.lock.raise(&self.database, limited, output);
@@ -48,8 +58,9 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         self.limit.advance(frames / database.rate_hz());
     }
 
-    /// How fast joints of a mix of styles may turn during a soft start, rad/s. `action` is the input's, if known.
-    fn max_output_speed(&self, report: &Report, action: Option<u16>, mix: usize) -> f32 {
+    /// How fast joints of a mix of styles turn, rad/s, in multiples of the default limit. `action` is the input's, if known.
+    /// `None` if the database does not know.
+    fn max_output_speed(&self, report: &Report, action: Option<u16>, mix: usize) -> Option<f32> {
         let (database, settings) = (&self.database, &self.settings);
         let actions = report.classes.iter().map(|share| database.labels(usize::from(share.class))[0]);
         // The slowest of the actions that the input may have.
@@ -57,7 +68,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
             action.into_iter().chain(actions).map(|action| settings.max_turning(database, mix, Some(action)));
         let slowest = each.reduce(|a, b| if b < a { b } else { a });
         let turning = slowest.unwrap_or_else(|| settings.max_turning(database, mix, None));
-        turning * self.config.speed_limit / DEFAULT_LIMIT
+        turning.is_finite().then(|| turning * self.config.speed_limit / DEFAULT_LIMIT)
     }
 
     /// Replaces an output that is not a valid pose by the input, and reports it.

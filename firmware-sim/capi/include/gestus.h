@@ -260,7 +260,8 @@ typedef enum GestusParameter {
   // at a small λ, and makes the output rougher. 0.001 to 1000000. Default 1.
   GESTUS_PARAMETER_FEEDBACK = 22,
   // How fast a joint of the output may turn, in multiples of the input's fastest joint of the last seconds; 0 sets
-  // no limit. Lower holds quick gestures of the style back. 1 to 100, or 0 for none. Default 1.2.
+  // no limit. A quicker style may turn joints as fast as its clips do, up to 5/3 of that. Lower holds quick styles
+  // back: their feet slide, and their arms do not rise as high. 1 to 100, or 0 for none. Default 1.2.
   GESTUS_PARAMETER_SPEED_LIMIT = 23,
   // Half width κy of the interval about the neighbors' mean that an output stays in, in standard deviations of the
   // dof over the database; Xia 2015 has none. Wider lets outputs that feed each other run away from every example. 0

@@ -22,7 +22,7 @@ use crate::{
         looped::Round,
         mended::Mended,
         reading::bind,
-        turn_limit::{fastest, limited},
+        turn_limit::{FASTER, fastest, limited},
     },
 };
 use gestus_motion::{
@@ -315,7 +315,10 @@ impl Input {
         let back = |frames: Vec<Frame>| self.mapping.back(&frames, inputs, self.floor.height_m);
         let output =
             self.kept_in_place(self.carry(streamed, inputs, back).clip(&self.clip, self.clip.rate_hz));
-        self.with_first(limited(output, fastest(&self.clip.frames), &self.up(), self.round.is_some()))
+        // A quick style turns joints as fast as the core lets it.
+        let streamed = fastest(&streamed.clip(&self.mapped, self.clip.rate_hz).frames);
+        let limit = streamed.max(FASTER * fastest(&self.clip.frames));
+        self.with_first(limited(output, limit, &self.up(), self.round.is_some()))
     }
 
     /// An output that begins with the file's first pose, where that is no part of the motion.

@@ -1,6 +1,6 @@
 //! The fastest joint of an output on its own body, and of a clip that took another's style.
 //!
-//! The core keeps joints below 1.2 times the input's fastest on the database's body. On the file's body a knee can still be
+//! The core limits joints on the database's body to a multiple of the input's fastest. On the file's body a knee can still be
 //! faster: near the stretched leg a millimetre of the hips turns it by degrees, and where the database's knee is bent the
 //! file's may be straight. Such a turn moves the foot hardly at all, so it can take its time.
 //!
@@ -11,17 +11,16 @@
 use gestus_motion::clip::{Clip, Frame, Skeleton, slerp};
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// How much faster than the input's fastest joint a joint may turn.
-const FASTER: f64 = 1.6;
+/// How much faster than the input's fastest joint a joint may turn, at least.
+pub const FASTER: f64 = 1.6;
 /// A body whose joints turn by less from frame to frame is a pose, radians.
 const STILL: f64 = 1e-4;
 /// How far over the lowest joint of a clip joints still come near the floor, metres.
 const NEAR_FLOOR_M: f64 = 0.2;
 
-/// An output whose joints turn no faster than that, of an input whose fastest turn from a frame to the next is `fastest_turn`,
-/// radians. A loop's last pose is its first. `up` is a unit vector in the clip's world.
-pub fn limited(mut output: Clip, fastest_turn: f64, up: &Vector3<f64>, looped: bool) -> Clip {
-    let limit = FASTER * fastest_turn;
+/// An output whose joints turn by no more than `limit` from a frame to the next, radians. A loop's last pose is its first.
+/// `up` is a unit vector in the clip's world.
+pub fn limited(mut output: Clip, limit: f64, up: &Vector3<f64>, looped: bool) -> Clip {
     if limit < FASTER * STILL || fastest(&output.frames) <= limit {
         return output;
     }
@@ -130,7 +129,7 @@ mod tests {
     fn a_leap_is_spread_about_its_middle_and_the_rest_stays() {
         let input = clip((0..60).map(|t| 0.5 * (0.1 * f64::from(t)).sin()));
         let output = clip((0..60).map(|t| if t < 30 { 0.2 } else { 0.8 }));
-        let limited = limited(output.clone(), fastest(&input.frames), &Vector3::y(), false);
+        let limited = limited(output.clone(), FASTER * fastest(&input.frames), &Vector3::y(), false);
         let limit = FASTER * fastest(&input.frames);
         assert!(fastest(&output.frames) > 7.0 * limit);
         assert!(fastest(&limited.frames) <= limit + 1e-9, "{}", fastest(&limited.frames));
@@ -145,10 +144,10 @@ mod tests {
         let input = clip((0..60).map(|t| 0.5 * (0.1 * f64::from(t)).sin()));
         let output = clip((0..60).map(|t| 0.5 * (0.15 * f64::from(t)).sin()));
         assert!(
-            limited(output.clone(), fastest(&input.frames), &Vector3::y(), false).frames == output.frames
+            limited(output.clone(), FASTER * fastest(&input.frames), &Vector3::y(), false).frames == output.frames
         );
         let pose = clip((0..60).map(|_| 0.3));
-        assert!(limited(output.clone(), fastest(&pose.frames), &Vector3::y(), false).frames == output.frames);
+        assert!(limited(output.clone(), FASTER * fastest(&pose.frames), &Vector3::y(), false).frames == output.frames);
     }
 
     #[test]
@@ -156,7 +155,7 @@ mod tests {
         let input = clip((0..=60).map(|t| 0.5 * (std::f64::consts::TAU * f64::from(t) / 60.0).sin()));
         // It leaps at its seam.
         let output = clip((0..=60).map(|t| if t % 60 < 30 { 0.8 } else { 0.2 }));
-        let limited = limited(output, fastest(&input.frames), &Vector3::y(), true);
+        let limited = limited(output, FASTER * fastest(&input.frames), &Vector3::y(), true);
         let [first, last] = [0, 60].map(|t| angle(&limited.frames[t]));
         assert!((first - last).abs() < 1e-9, "{first} {last}");
         assert!(fastest(&limited.frames) <= FASTER * fastest(&input.frames) + 1e-9);
@@ -185,7 +184,7 @@ mod tests {
         let foot = |clip: &Clip| {
             clip.frames.iter().map(|f| f.positions(&skeleton)[2].y).fold(f64::INFINITY, f64::min)
         };
-        let mut sunk = limited(output.clone(), fastest(&input.frames), &Vector3::y(), false);
+        let mut sunk = limited(output.clone(), FASTER * fastest(&input.frames), &Vector3::y(), false);
         assert!(foot(&sunk) > -1e-9, "{}", foot(&sunk));
         // Where the root is not raised, it does reach into the floor.
         sunk.frames.iter_mut().zip(&output.frames).for_each(|(frame, before)| frame.root = before.root);

@@ -41,7 +41,7 @@ use crate::{
     },
     stream::{
         cleanup::{self, Limbs},
-        turn_limit::{fastest, limited},
+        turn_limit::{FASTER, fastest, limited},
     },
 };
 use gestus_motion::{
@@ -157,7 +157,8 @@ pub fn transfer(
         frames = cleanup::clean(&limbs, &frames, &stands, window);
         contacts = stands;
         let fastest_turn = fastest(&source.frames).max(fastest(&reference.frames));
-        frames = limited(Clip { frames, ..source.clone() }, fastest_turn, &Vector3::y(), false).frames;
+        let limit = FASTER * fastest_turn;
+        frames = limited(Clip { frames, ..source.clone() }, limit, &Vector3::y(), false).frames;
     }
     let clean_up_ms = start.elapsed().as_secs_f64() * 1e3;
     let clip = raised(&Clip { frames, ..source.clone() }, floor_m);

@@ -128,12 +128,16 @@ fn a_body_that_stands_is_moved_as_it_moves() {
     }
     examples.finish(8, &scratch);
     let end = 1.0 - 0.0577;
-    let standing =
-        |x: f32| predict(&examples, dof::FORWARD, [x, 0.6, x], [0.001, 1.0], &PARAMETERS).correction;
+    let at = |x: f32| predict(&examples, dof::FORWARD, [x - 0.1, 0.6, x], [0.001, 1.0], &PARAMETERS);
+    let standing = |x: f32| at(x).correction;
+    // Walking, the output gains half of what the input gains.
+    assert!((at(1.0).change - 0.05).abs() < 1e-3, "{}", at(1.0).change);
     for x in [0.0, 0.01, 0.3, 0.9] {
-        let (part, outside) = (x / end, x - end);
+        let (ratio, outside) = (x / end, x - end);
+        let part = ratio * ratio * (3.0 - 2.0 * ratio);
         let wanted = (1.0 - part) * (x - 0.6 - 0.5 * outside);
         assert!((standing(x) - wanted).abs() < 1e-3, "{x}: {} not {wanted}", standing(x));
+        assert!((at(x).change - 0.05 * part).abs() < 1e-3, "{x}: {} goes on", at(x).change);
     }
     // At rest all of the outputs' mean goes, beside what the bias takes.
     assert!((standing(0.0) - (-0.6 + 0.5 * end)).abs() < 1e-3);
