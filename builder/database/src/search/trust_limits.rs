@@ -19,6 +19,10 @@ use super::{falls::mean_distance2, graph::ClassFeatures};
 const FRAMES: usize = 120;
 /// Part of the frames that is nearer than what is stored.
 const NEARER: f64 = 0.9;
+/// Half of the part of a class's only clip that is held out about a frame, seconds, and the part of its frames that is
+/// nearer than what is stored: beginning and end of a clip are like nothing else in it.
+const HELD_OUT_S: f64 = 0.25;
+const NEARER_ALONE: f64 = 0.8;
 /// Part of the frames whose speed is beyond what is stored, at each end.
 const BEYOND: f64 = 0.01;
 
@@ -28,8 +32,9 @@ pub type OfClass<'a> = (usize, (usize, ClassFeatures<'a>));
 /// What input of each class is like. `clips` are first row and number of rows of each. Of each row come the velocity of the
 /// root, forward and left, m/s, and the speed of the fastest joint ([`turning`]).
 ///
-/// Frames of a class are searched exhaustively in all classes of the action, without the frames of their own clip; 0 where
-/// the action has no other clip. Speeds are those of the action in any style.
+/// Frames of a class are searched exhaustively in all classes of the action, without the frames of their own clip, or, where
+/// it is the class's only one, without those within a quarter of a second: without the whole clip they would be as far as
+/// the other styles are, and unlike input nearer. Speeds are those of the action in any style.
 pub fn trust_limits(
     clips: &[(usize, usize)],
     classes: &[OfClass<'_>],
@@ -38,24 +43,31 @@ pub fn trust_limits(
 ) -> Vec<TrustLimits> {
     let k = usize::from(Config::new().k);
     let lead = (f64::from(LEAD_S) * rate_hz) as usize;
+    let near = (HELD_OUT_S * rate_hz) as usize;
     let each: Vec<TrustLimits> = classes
         .par_iter()
         .map(|(action, (first, class))| {
             let rows = *first..*first + class.codes.len();
             let own: Vec<(usize, usize)> = clips.iter().copied().filter(|c| rows.contains(&c.0)).collect();
+            let alone = own.len() == 1;
+            // Each with the first and the number of the frames that are held out with it.
             let frames: Vec<(usize, (usize, usize))> = own
                 .iter()
                 .flat_map(|&(start, count)| {
-                    (start + lead.min(count)..start + count).map(move |t| (t, (start, count)))
+                    (start + lead.min(count)..start + count).map(move |t| {
+                        let from = if alone { t.saturating_sub(near).max(start) } else { start };
+                        let to = if alone { (t + near + 1).min(start + count) } else { start + count };
+                        (t, (from, to - from))
+                    })
                 })
                 .collect();
             let distances = frames
                 .iter()
                 .step_by(frames.len().div_ceil(FRAMES).max(1))
-                .map(|&(t, clip)| {
+                .map(|&(t, held_out)| {
                     let query: Vec<f32> = class.codes[t - first].iter().map(|&c| f32::from(c)).collect();
                     let same = classes.iter().filter(|(other, _)| other == action);
-                    let nearest = same.map(|(_, class)| mean_distance2(class, clip, &query, k));
+                    let nearest = same.map(|(_, class)| mean_distance2(class, held_out, &query, k));
                     f64::from(nearest.fold(f32::INFINITY, f32::min))
                 })
                 .filter(|distance| distance.is_finite());
@@ -66,7 +78,7 @@ pub fn trust_limits(
             let turns = sorted(own.iter().flat_map(|&(start, count)| turning[start..start + count].to_vec()));
             let at = |ascending: &[f64], part: f64| quantile(ascending, part).unwrap_or(0.0) as f32;
             TrustLimits {
-                far: at(&distances, NEARER),
+                far: at(&distances, if alone { NEARER_ALONE } else { NEARER }),
                 speeds: [BEYOND, 1.0 - BEYOND].map(|part| at(&speeds, part)),
                 turning: at(&turns, 1.0 - BEYOND),
             }
@@ -138,6 +150,24 @@ mod tests {
         assert_eq!(of(4, [0, 1])[1].speeds, [0.5; 2]);
         // Of its own class alone, whatever the action.
         assert_eq!(of(4, [0, 0]).map(|class| class.turning), [2.0, 3.0]);
+    }
+
+    /// Without the whole clip, its frames would be as far as the other style: 784.
+    #[test]
+    fn the_only_clip_of_a_class_is_measured_by_its_parts() {
+        // Half a second a code.
+        let code = |row: usize| vec![(56 * (row / 120) + row % 120 / 15) as i8];
+        let codes: Vec<Vec<i8>> = (0..240).map(code).collect();
+        let searchable = [true; 120];
+        let class = |c: usize| ClassFeatures {
+            codes: &codes[120 * c..120 * (c + 1)],
+            weights: &[0.25],
+            searchable: &searchable,
+        };
+        let classes = [0, 1].map(|c| (0, (120 * c, class(c))));
+        let rows = (vec![[0.0; 2]; 240], vec![0.0; 240]);
+        let limits = trust_limits(&[(0, 120), (120, 120)], &classes, (&rows.0, &rows.1), 30.0);
+        assert!(limits.iter().all(|class| class.far > 0.0 && class.far <= 4.0), "{limits:?}");
     }
 
     #[test]
