@@ -292,7 +292,7 @@ mod tests {
         assert!(full < 0.005 && thinned < full && long < full, "{full} {thinned} {long}");
     }
 
-    /// A pose to calibrate by had 13 knots that were all 0, and `build` reported a fault of its own.
+    /// A calibration pose had 13 knots that were all 0, and `build` reported a fault of its own.
     #[test]
     fn knots_of_the_shortest_clips_are_apart() {
         for frames in MIN_FRAMES..16 {

@@ -1,7 +1,7 @@
 //! What of a file is no motion: poses that are held for several frames, and a first pose that is elsewhere.
 //!
 //! Both are leaps to a stylizer, which holds its pose at a leap. Held poses are keys, each at the first of its frames, and the
-//! motion goes straight from key to key. A first pose from which the body leaps, as poses to calibrate by do, is
+//! motion goes straight from key to key. A first pose from which the body leaps, such as a calibration pose, is
 //! streamed as the second one, and comes out as it was.
 
 use gestus_motion::clip::{Clip, Frame, interpolate};
@@ -121,7 +121,7 @@ mod tests {
         }
     }
 
-    /// The whole output was as far from the input as the pose to calibrate by.
+    /// The whole output was as far from the input as the calibration pose.
     #[test]
     fn a_first_pose_that_is_elsewhere_is_not_streamed() {
         let away = |t: i32| if t == 0 { 4.0 } else { f64::from(t) * 0.04 };

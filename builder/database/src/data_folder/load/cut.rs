@@ -12,7 +12,7 @@ use crate::{
 
 /// Most clips that a message names.
 const NAMED: usize = 3;
-/// Part of an action's clip that is the action: a pose to calibrate by, before or after it, is less than the rest.
+/// Least part of a whole action's clip that is the action: a calibration pose before or after it is less than the rest.
 const NEARLY_ALL: f64 = 0.9;
 
 /// Cuts clips where the body leaps, as it does where takes were joined: a walk into its parts, of an action the longest if

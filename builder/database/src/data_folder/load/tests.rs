@@ -296,7 +296,7 @@ fn a_clip_that_is_left_out_has_no_say_in_the_bones() {
     assert!(said.contains("walk_a_2") && said.contains("walk_b_2.bvh:1:"), "{said}");
 }
 
-/// A pose to calibrate by, beside good clips: `build` called its knots a fault of the builder.
+/// A calibration pose, beside good clips: `build` called its knots a fault of the builder.
 #[test]
 fn a_pose_among_the_clips_of_an_action_is_left_out_and_named() {
     let folder = Folder::new("pose");
@@ -372,7 +372,7 @@ fn clips_are_cut_where_the_body_leaps() {
     folder.walk("walk_a_1.bvh", 120, |clip| clip.frames.extend(clip.frames.clone()));
     folder.walk("walk_b_1.bvh", 120, |_| ());
     let apart = |frame: usize| move |clip: &mut Clip| clip.frames[frame].root += Vector3::new(3.0, 0.0, 0.0);
-    // A pose to calibrate by, elsewhere; and a wrong place in the middle.
+    // A calibration pose elsewhere; and a wrong place in the middle.
     folder.write("punch", "punch_a_1.bvh", 60, apart(0));
     folder.write("punch", "punch_b_1.bvh", 60, |_| ());
     folder.write("punch", "punch_b_2.bvh", 60, apart(30));
