@@ -198,7 +198,9 @@ fn joints_turn_no_faster_than_the_input_or_its_style() {
     let turning = turning.fold(0.0, f64::max);
     let shortest = free.steps.iter().map(|step| f64::from(step.report.step_s)).fold(1.0, f64::min);
     let tempo = (1.0 / (clip.rate_hz * shortest)).max(1.0);
-    println!("fastest joint: input {shown:.2}, style {turning:.2}, output {freely:.2} rad/s, tempo {tempo:.2}");
+    println!(
+        "fastest joint: input {shown:.2}, style {turning:.2}, output {freely:.2} rad/s, tempo {tempo:.2}"
+    );
     for limit in [1.0, 1.2] {
         let of_input = f64::from(limit) * shown;
         let of_style = f64::from(limit / Config::new().speed_limit) * turning;

@@ -210,7 +210,8 @@ fn standing_feet_do_not_slide_on_real_clips() {
             let shown = fastest(&Performance::of_clip(clip, &body));
             let faster = fastest(&performance) / shown;
             // A quicker style turns its joints as fast as its clips do.
-            let of_style = (0..database.counts().classes).filter(|class| database.class(*class).style == style);
+            let of_style =
+                (0..database.counts().classes).filter(|class| database.class(*class).style == style);
             let turning = of_style.map(|class| f64::from(database.trust_limits(class).unwrap().turning));
             let allowed = (1.2 * shown).max(turning.fold(0.0, f64::max).min(2.0 * shown));
             println!(

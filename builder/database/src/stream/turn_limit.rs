@@ -13,6 +13,8 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 /// How much faster than the input's fastest joint a joint may turn, at least.
 pub const FASTER: f64 = 1.6;
+/// How much faster than the input's fastest joint a joint of another body may turn at most, however quick the style is.
+pub const FASTEST_CARRIED: f64 = 1.9;
 /// A body whose joints turn by less from frame to frame is a pose, radians.
 const STILL: f64 = 1e-4;
 /// How far over the lowest joint of a clip joints still come near the floor, metres.
@@ -144,10 +146,14 @@ mod tests {
         let input = clip((0..60).map(|t| 0.5 * (0.1 * f64::from(t)).sin()));
         let output = clip((0..60).map(|t| 0.5 * (0.15 * f64::from(t)).sin()));
         assert!(
-            limited(output.clone(), FASTER * fastest(&input.frames), &Vector3::y(), false).frames == output.frames
+            limited(output.clone(), FASTER * fastest(&input.frames), &Vector3::y(), false).frames
+                == output.frames
         );
         let pose = clip((0..60).map(|_| 0.3));
-        assert!(limited(output.clone(), FASTER * fastest(&pose.frames), &Vector3::y(), false).frames == output.frames);
+        assert!(
+            limited(output.clone(), FASTER * fastest(&pose.frames), &Vector3::y(), false).frames
+                == output.frames
+        );
     }
 
     #[test]
