@@ -77,6 +77,12 @@ pub fn clamp(x: f32, low: f32, high: f32) -> f32 {
     }
 }
 
+/// Rises from 0 to 1 as `t` does, level at both ends; steepest in its middle, by 1.5.
+#[inline]
+pub fn smoothstep(t: f32) -> f32 {
+    t * t * (3.0 - 2.0 * t)
+}
+
 /// `x` without its sign.
 #[inline]
 pub fn abs(x: f32) -> f32 {

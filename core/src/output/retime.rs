@@ -32,7 +32,7 @@ use crate::{
     ConfigError,
     body::pose::Pose,
     error::saturating_u16,
-    math::{clamp, quaternion},
+    math::{clamp, quaternion, smoothstep},
 };
 
 /// Time constant with which the lag decays, seconds.
@@ -282,7 +282,7 @@ impl<const J: usize, const N: usize> Retimer<J, N> {
             (self.bounds.lag_s * rate, self.lag)
         };
         let share = if bound > 1e-6 { clamp(2.0 * used / bound - 1.0, 0.0, 1.0) } else { 1.0 };
-        let free = 1.0 - share * share * (3.0 - 2.0 * share);
+        let free = 1.0 - smoothstep(share);
         let back = self.lag / (RETURN_S * rate);
         clamp(1.0 + free * excess + back, 0.0, SPEEDS[1])
     }

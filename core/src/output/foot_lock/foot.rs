@@ -6,7 +6,7 @@ use crate::{
     math::{
         clamp, exp,
         quaternion::Vector,
-        sqrt,
+        smoothstep, sqrt,
         vector::{add, norm, subtract},
     },
 };
@@ -255,7 +255,7 @@ impl Foot {
         let least = 1.5 * way / speed;
         let whole = if least > ease_s { least } else { ease_s };
         let t = clamp(self.age_s / whole, 0.0, 1.0);
-        let left = 1.0 - t * t * (3.0 - 2.0 * t);
+        let left = 1.0 - smoothstep(t);
         self.offset = self.held.map(|v| v * left);
         if self.phase == Phase::Step {
             self.offset[1] += clamp(STEP_LIFT * way, 0.0, STEP_LIFT_M) * 4.0 * left * (1.0 - left);
