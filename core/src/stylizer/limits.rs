@@ -58,8 +58,8 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         self.limit.advance(frames / database.rate_hz());
     }
 
-    /// How fast joints of a mix of styles turn, rad/s, in multiples of the default limit. `action` is the input's, if known.
-    /// `None` if the database does not know.
+    /// How fast joints of a mix of styles turn, rad/s, scaled by the limit over its default. `action` is the input's, if known.
+    /// `None` if the database has no speeds.
     fn max_output_speed(&self, report: &Report, action: Option<u16>, mix: usize) -> Option<f32> {
         let (database, settings) = (&self.database, &self.settings);
         let actions = report.classes.iter().map(|share| database.labels(usize::from(share.class))[0]);

@@ -66,6 +66,14 @@ pub fn check_qpos(robot: &Robot) -> Result<(), QposError> {
     }
 }
 
+/// Where a joint's angle comes from.
+enum Joint {
+    /// The hinge of that number.
+    Hinge(usize),
+    /// The joint is held at that angle, radians.
+    Held(f64),
+}
+
 /// A name as a column: commas, quotes and line ends become `_`.
 fn column(name: &str) -> String {
     name.chars().map(|c| if c == ',' || c == '"' || c.is_control() { '_' } else { c }).collect()
@@ -164,22 +172,23 @@ impl Played {
     /// [`QposError::Joint`] for a robot with a ball or another joint of several numbers.
     pub fn qpos(&self, robot: &Robot) -> Result<(Vec<String>, Vec<Vec<f64>>), QposError> {
         check_qpos(robot)?;
-        // Hinges by number, and the angles of joints that are held.
-        let mut order: Vec<(&str, Result<usize, f64>)> = Vec::new();
+        let mut order: Vec<(&str, Joint)> = Vec::new();
         let mut held = robot.held.iter().peekable();
         for h in 0..=self.names.len() {
             while let Some(rest) = held.next_if(|held| held.before <= h) {
-                order.push((&rest.name, Err(rest.angle)));
+                order.push((&rest.name, Joint::Held(rest.angle)));
             }
-            order.extend(self.names.get(h).map(|name| (name.as_str(), Ok(h))));
+            order.extend(self.names.get(h).map(|name| (name.as_str(), Joint::Hinge(h))));
         }
         let root =
             ["root_x", "root_y", "root_z", "root_qw", "root_qx", "root_qy", "root_qz"].map(str::to_owned);
         let names = root.into_iter().chain(order.iter().map(|(name, _)| column(name))).collect();
         let rows = self.ticks.iter().map(|tick| {
-            let angle =
-                |h: &Result<usize, f64>| h.map_or_else(|held| held, |h| f64::from(tick.motions[h].position));
-            base(tick).into_iter().chain(order.iter().map(|(_, h)| angle(h))).collect()
+            let angle = |joint: &Joint| match *joint {
+                Joint::Hinge(number) => f64::from(tick.motions[number].position),
+                Joint::Held(angle) => angle,
+            };
+            base(tick).into_iter().chain(order.iter().map(|(_, joint)| angle(joint))).collect()
         });
         Ok((names, rows.collect()))
     }
