@@ -271,7 +271,11 @@ pub fn regress(
     let stands = (1.0 - moves) * (x - mean_y - kept_out);
     let change =
         examples.iter().map(|e| e.y[d] - e.y_prev[d] - part * (e.x[d] - e.x_prev[d])).sum::<f64>() / n;
-    [prediction + kept, inside + kept_out + stands, moves * (change + part * (x - x_prev))]
+    [
+        prediction + kept,
+        inside + kept_out + stands,
+        moves * (change + part * (x - x_prev)) + (1.0 - moves) * (x - x_prev),
+    ]
 }
 
 /// What of the input's departure the output keeps: as much as clips of the style differ.

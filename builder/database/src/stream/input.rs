@@ -22,7 +22,7 @@ use crate::{
         looped::Round,
         mended::Mended,
         reading::bind,
-        turn_limit::{FASTER, FASTEST_CARRIED, fastest, limited},
+        turn_limit::{FASTER, fastest, limited},
     },
 };
 use gestus_motion::{
@@ -315,11 +315,12 @@ impl Input {
         let back = |frames: Vec<Frame>| self.mapping.back(&frames, inputs, self.floor.height_m);
         let output =
             self.kept_in_place(self.carry(streamed, inputs, back).clip(&self.clip, self.clip.rate_hz));
-        // A quick style turns joints as fast as the core lets it; on another body its legs may exaggerate that.
-        let streamed = fastest(&streamed.clip(&self.mapped, self.clip.rate_hz).frames);
-        let shown = fastest(&self.clip.frames);
-        let most = if self.retarget().is_some() { FASTEST_CARRIED * shown } else { f64::INFINITY };
-        let limit = streamed.min(most).max(FASTER * shown);
+        let held = FASTER * fastest(&self.clip.frames);
+        // A quick style turns joints as fast as the core lets it. Another body's legs may exaggerate that, so it is held.
+        let limit = match self.retarget() {
+            Some(_) => held,
+            None => held.max(fastest(&streamed.clip(&self.mapped, self.clip.rate_hz).frames)),
+        };
         self.with_first(limited(output, limit, &self.up(), self.round.is_some()))
     }
 

@@ -11,10 +11,8 @@
 use gestus_motion::clip::{Clip, Frame, Skeleton, slerp};
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// How much faster than the input's fastest joint a joint may turn, at least.
+/// How much faster than the input's fastest joint a joint may turn in any output.
 pub const FASTER: f64 = 1.6;
-/// How much faster than the input's fastest joint a joint of another body may turn at most, however quick the style is.
-pub const FASTEST_CARRIED: f64 = 1.9;
 /// A body whose joints turn by less from frame to frame is a pose, radians.
 const STILL: f64 = 1e-4;
 /// How far over the lowest joint of a clip joints still come near the floor, metres.

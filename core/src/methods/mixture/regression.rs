@@ -37,7 +37,7 @@
 //! ground velocity `x[t]` lies outside the interval and nearer to 0 than the interval's end `e = x - Δx`, the output
 //! moves from the neighbors' mean towards the input's velocity, by `(1 - p) (x - mean y[t] - ρ Δx)`. There
 //! `p = r² (3 - 2 r)` and `r = |x / e|`, at most 1: a body that stops comes to rest, and one that sways on the spot,
-//! whose `r` is small to either side, stays. Only p of the way that the neighbors' outputs lead goes into the output.
+//! whose `r` is small to either side, stays. The output is led in the same parts, by its neighbors and by the input.
 
 use crate::{
     blob::layout::dof,
@@ -45,7 +45,7 @@ use crate::{
     math::{
         abs, clamp,
         fixed::{Fraction, Multiplier, PowerOfTwo, bit_length, product, shift, sqrt_wide},
-        sqrt,
+        smoothstep, sqrt,
     },
     methods::mixture::{
         ridge::{ANSWER_BITS, ENTRY_BITS, System},
@@ -188,22 +188,22 @@ impl Regression {
             let deviation = (finely - left_out[3] as f32) * unit;
             correction += clamp(deviation, -most, most) - deviation;
         }
-        // How far the body moves over the ground as its neighbors do.
-        let mut travel = 1.0;
-        if outside != 0 && (dof::FORWARD..=dof::LEFT).contains(&dof) {
-            let [outside, kept_in_output] = [outside, kept_in_output].map(|units| units as f32 * unit);
-            let x = input[2];
-            let speed_ratio = clamp(abs(x / (x - outside)), 0.0, 1.0);
-            travel = speed_ratio * speed_ratio * (3.0 - 2.0 * speed_ratio);
-            correction += (1.0 - travel) * (x - (first + s.offsets[3] as f32 * unit) - kept_in_output);
-        }
         let mean_difference = |a: usize, b: usize| {
             (s.first[a] - s.first[b]) as f32 * (step * (1.0 / (1 << FRACTION) as f32))
                 + (s.offsets[a] - s.offsets[b]) as f32 * unit
         };
-        let change = mean_difference(3, 1)
-            + self.parameters.output_rho * (input[2] - input[0] - mean_difference(2, 0));
-        Prediction { y: first + (whole as f32 + finely) * unit, correction, change: travel * change }
+        let input_change = input[2] - input[0];
+        let mut change =
+            mean_difference(3, 1) + self.parameters.output_rho * (input_change - mean_difference(2, 0));
+        if outside != 0 && (dof::FORWARD..=dof::LEFT).contains(&dof) {
+            let [outside, kept_in_output] = [outside, kept_in_output].map(|units| units as f32 * unit);
+            let x = input[2];
+            let travel = smoothstep(clamp(abs(x / (x - outside)), 0.0, 1.0));
+            let stands = 1.0 - travel;
+            correction += stands * (x - (first + s.offsets[3] as f32 * unit) - kept_in_output);
+            change = travel * change + stands * input_change;
+        }
+        Prediction { y: first + (whole as f32 + finely) * unit, correction, change }
     }
 
     /// Whether an output is certainly within κy standard deviations of its neighbors' mean, by powers of two alone.
