@@ -19,43 +19,48 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     pub(super) fn limit_speed(&mut self, report: &Report, frames: f32, output: &mut Pose<J>) {
         let Some(last) = self.last.as_ref() else { return };
         let (database, settings) = (&self.database, &self.settings);
-        let speed = self.limit.max_speed(self.config.speed_limit);
-        let mut limits = [speed; MAX_GROUPS];
-        let softness = self.limit.softness();
         let nearest = report.classes.first().map(|share| database.labels(usize::from(share.class))[0]);
         let action = self.limit.likely_action(nearest);
-        let seconds = frames * report.step_s;
-        // Few frames need the style's speed.
-        if softness > 0.0 || speed_limit::is_faster(speed * seconds, last, output) {
-            // A style that plays its poses in less time than the input turns its joints that much faster.
-            let tempo = 1.0 / (database.rate_hz() * report.step_s);
-            let most = MAX_STYLE_RATIO * speed * clamp(tempo, 1.0, f32::INFINITY);
-            let mut last_mix = None;
-            for (group, limit) in limits.iter_mut().enumerate().take(database.counts().groups) {
-                // All joint groups usually have the same mix.
-                let mix = settings.mix_of(group);
-                let style = match last_mix {
-                    Some((of, style)) if of == mix => style,
-                    _ => self.max_output_speed(report, action, mix),
-                };
-                last_mix = Some((mix, style));
-                let target = match style {
-                    Some(style) if style < speed => speed + softness * (style - speed),
-                    Some(style) => clamp(style, 0.0, most),
-                    None => speed,
-                };
-                // A weaker style changes the limit less.
-                *limit += clamp(settings.strength_of(group), 0.0, 1.0) * (target - speed);
+        let (speed, seconds) = (self.limit.max_speed(self.config.speed_limit), frames * report.step_s);
+        // In most frames no joint is near a limit.
+        if self.limit.softness() > 0.0 || speed_limit::is_faster(speed * seconds, last, output) {
+            let limits = self.limits(report, action, speed);
+            let groups = database.groups().take(database.counts().joints);
+            let speeds = groups.map(|group| limits.get(group).copied().unwrap_or(0.0));
+            let limited = speed_limit::limit_rotations(speeds, seconds, last, output);
+            let has_style = settings.strength_of(database.joint_group(0)) > 0.0;
+            if limited != 0 && self.config.contacts && has_style {
+                self.lock.raise(&self.database, limited, output);
             }
         }
-        let groups = database.groups().take(database.counts().joints);
-        let speeds = groups.map(|group| limits.get(group).copied().unwrap_or(0.0));
-        let limited = speed_limit::limit_rotations(speeds, seconds, last, output);
-        let has_style = settings.strength_of(database.joint_group(0)) > 0.0;
-        if limited != 0 && self.config.contacts && has_style {
-            self.lock.raise(&self.database, limited, output);
-        }
         self.limit.advance(frames / database.rate_hz());
+    }
+
+    /// The limit of each joint group, rad/s. `speed` is the input's, and `action` the input's, if known.
+    fn limits(&self, report: &Report, action: Option<u16>, speed: f32) -> [f32; MAX_GROUPS] {
+        let (database, settings) = (&self.database, &self.settings);
+        let softness = self.limit.softness();
+        // A style that plays its poses in less time than the input turns its joints that much faster.
+        let tempo = 1.0 / (database.rate_hz() * report.step_s);
+        let most = MAX_STYLE_RATIO * speed * clamp(tempo, 1.0, f32::INFINITY);
+        let (mut limits, mut last_mix) = ([speed; MAX_GROUPS], None);
+        for (group, limit) in limits.iter_mut().enumerate().take(database.counts().groups) {
+            // All joint groups usually have the same mix.
+            let mix = settings.mix_of(group);
+            let style = match last_mix {
+                Some((of, style)) if of == mix => style,
+                _ => self.max_output_speed(report, action, mix),
+            };
+            last_mix = Some((mix, style));
+            let target = match style {
+                Some(style) if style < speed => speed + softness * (style - speed),
+                Some(style) => clamp(style, 0.0, most),
+                None => speed,
+            };
+            // A weaker style changes the limit less.
+            *limit += clamp(settings.strength_of(group), 0.0, 1.0) * (target - speed);
+        }
+        limits
     }
 
     /// How fast joints of a mix of styles turn, rad/s, scaled by the limit over its default. `action` is the input's, if known.
