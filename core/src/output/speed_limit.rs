@@ -27,7 +27,7 @@
 //! limit is therefore S where that is smaller. After a leap the window holds both places and resembles other actions. For
 //! half a second the action from before the leap therefore counts as one of the candidates whose speeds set the limit.
 //!
-//! Cost: 1,600 instructions a frame of 21 joints on a Cortex-M4F, and two exponential maps more where the input is faster
+//! Cost: 1,350 instructions a frame of 21 joints on a Cortex-M4F, and two exponential maps more where the input is faster
 //! than anything in its window; none where there is no limit.
 
 use crate::{
