@@ -1,5 +1,5 @@
-//! Motion graphs (Kovar, Gleicher and Pighin 2002): long streams of many actions from short clips, as Xia 2015 (sections 1
-//! and 7.1) makes its inputs.
+//! Motion graphs (Kovar, Gleicher and Pighin 2002): long streams of many actions from short clips, as Xia 2015 (sections 7,
+//! 7.1 and 8) makes its inputs.
 //!
 //! A node is a frame of a clip. From every frame the clip continues, or there is a transition to a frame of another clip:
 //! the two clips are blended over a third of a second. A transition costs the mean squared distance of the features that the

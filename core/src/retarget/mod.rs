@@ -15,7 +15,7 @@
 //! the shoulder, scaled by arm length. Every step is invertible, so that a pose survives the way there and back.
 //!
 //! Source: Monzani, Baerlocher, Boulic and Thalmann 2000, "Using an intermediate skeleton and inverse kinematics
-//! for motion retargeting", which Xia 2015 (section 4) cites for input on another skeleton.
+//! for motion retargeting", which Xia 2015 (section 5.1) cites for input on another skeleton.
 //!
 //! Cost: two quaternion products for each joint of either skeleton and four angles for each limb. On a Cortex-M4F 31
 //! joints to 21 take about 33,000 instructions, and back 40,000 (`budgets.toml`).

@@ -177,7 +177,8 @@ fn remove_short_runs(contacts: &mut [[bool; 2]], rate_hz: f64) {
     }
 }
 
-/// Standard deviation of the Gaussian on contact likelihoods, seconds (Xia 2015, section 6): 0.6 frames at 30 Hz.
+/// Standard deviation of the Gaussian on contact likelihoods, seconds: 0.6 frames at 30 Hz. Xia 2015, section 6, prints
+/// none; this one is ours.
 pub const GAUSSIAN_S: f64 = 0.02;
 
 /// Contacts from likelihoods: smoothed by a Gaussian of that standard deviation in frames, then compared with one half

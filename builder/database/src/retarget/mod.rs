@@ -8,7 +8,7 @@
 //!    two bodies, encoded for `gestus_core::retarget`;
 //! 4. [`check`]: a report as text and JSON.
 //!
-//! Source: Monzani, Baerlocher, Boulic and Thalmann 2000, which Xia 2015 (section 4) cites.
+//! Source: Monzani, Baerlocher, Boulic and Thalmann 2000, which Xia 2015 (section 5.1) cites.
 
 pub mod anatomy;
 pub mod axis;
