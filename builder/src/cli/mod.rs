@@ -127,4 +127,16 @@ mod tests {
         assert_eq!(build.get_one::<f64>("rate"), Some(&-5.0));
         assert!(Cli::from_arg_matches(&matches).is_ok());
     }
+
+    #[test]
+    fn lists_of_given_words_are_checked() {
+        let given = |parameters| {
+            let words =
+                ["gestus", "evaluate", "ablation", "--data", "d", "-o", "o", "--parameters", parameters];
+            command().try_get_matches_from(words)
+        };
+        assert!(given("k,prune").is_ok());
+        let error = given("k,kk").unwrap_err().to_string();
+        assert!(error.contains("kk") && error.contains("kappa-rho"), "{error}");
+    }
 }

@@ -27,13 +27,14 @@ const BOUND_S: f32 = 0.2;
 const MAX_BOUND_S: f32 = 10.0;
 
 /// Makes an option accept negative numbers, so that they are refused with the option's range, and trims the items of a
-/// list.
+/// list, but for lists of given words, which their parser checks.
 pub fn lenient(option: Arg) -> Arg {
     if option.is_positional() || !option.get_action().takes_values() {
         return option;
     }
-    let words = option.get_value_parser().type_id() == std::any::TypeId::of::<String>();
-    let list = words && option.get_value_delimiter().is_some();
+    let parser = option.get_value_parser();
+    let free = parser.type_id() == std::any::TypeId::of::<String>() && parser.possible_values().is_none();
+    let list = free && option.get_value_delimiter().is_some();
     let option = option.allow_negative_numbers(true);
     if list { option.value_parser(|item: &str| Ok::<_, Infallible>(item.trim().to_owned())) } else { option }
 }

@@ -341,12 +341,12 @@ pub fn errors(
 pub struct Held {
     /// Mean of the method's errors.
     pub mean: f64,
-    /// Standard error of that mean, over cases that count as independent.
-    pub standard_error: f64,
+    /// Standard error of that mean, over cases that count as independent; none below two.
+    pub standard_error: Option<f64>,
     /// Mean reduction of the error relative to interpolation.
     pub gain: f64,
-    /// Standard error of the gain: a paired test.
-    pub gain_error: f64,
+    /// Standard error of the gain: a paired test; none below two cases.
+    pub gain_error: Option<f64>,
     /// Share of the cases in which the method is better.
     pub better: f64,
 }
@@ -358,7 +358,7 @@ pub fn held_against(method: &[f64], line: &[f64]) -> Held {
     let mean = |v: &[f64]| mean_or_zero(v.iter().copied());
     let error = |v: &[f64]| {
         let squares: f64 = v.iter().map(|x| (x - mean(v)).powi(2)).sum();
-        (squares / (count - 1.0).max(1.0) / count).sqrt()
+        (count > 1.0).then(|| (squares / (count - 1.0) / count).sqrt())
     };
     Held {
         mean: mean(method),
@@ -418,7 +418,9 @@ mod tests {
         let held = held_against(&[1.0, 2.0, 3.0, 2.0], &[2.0, 2.5, 4.0, 1.5]);
         assert_eq!((held.mean, held.gain, held.better), (2.0, 0.5, 0.75));
         // Deviations of the gains from 0.5: 0.5, 0, 0.5, -1; of the errors from 2: -1, 0, 1, 0.
-        assert!((held.gain_error - (1.5f64 / 3.0 / 4.0).sqrt()).abs() < 1e-12);
-        assert!((held.standard_error - (2.0f64 / 3.0 / 4.0).sqrt()).abs() < 1e-12);
+        assert!((held.gain_error.unwrap() - (1.5f64 / 3.0 / 4.0).sqrt()).abs() < 1e-12);
+        assert!((held.standard_error.unwrap() - (2.0f64 / 3.0 / 4.0).sqrt()).abs() < 1e-12);
+        let one = held_against(&[1.0], &[2.0]);
+        assert_eq!((one.gain, one.standard_error, one.gain_error), (1.0, None, None));
     }
 }

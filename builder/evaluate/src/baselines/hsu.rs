@@ -23,7 +23,8 @@ use rayon::prelude::*;
 
 use crate::fold::{Fold, Row, own_dofs};
 
-/// kc and kp of eqs. 7 and 8: of the curves of Figure 4, the one that trusts the model most.
+/// kc and kp of eqs. 7 and 8: of the curves of Figure 4, the one that trusts the model most. The paper prints no values of
+/// its own evaluations.
 pub(crate) const BLEND: (f64, f64) = (3.0, 2.0);
 
 /// The names of the rows, with the blend of each.
@@ -60,10 +61,12 @@ pub(crate) fn translate(
     clip: &Clip,
     generalise: Option<(f64, f64)>,
 ) -> Translated {
-    model.translate(
-        &body.with_means_of(database).clip_dofs(clip),
-        &Options { generalise, ..Options::default() },
-    )
+    simulate(model, &body.with_means_of(database).clip_dofs(clip), generalise)
+}
+
+/// Dofs of a clip through a model.
+pub(crate) fn simulate(model: &Model, dofs: &[Vec<f64>], generalise: Option<(f64, f64)>) -> Translated {
+    model.translate(dofs, &Options { generalise, ..Options::default() })
 }
 
 /// Adds the rows of a fold.

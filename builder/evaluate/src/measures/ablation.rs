@@ -97,6 +97,7 @@ impl OnClips for Args {
             for result in results {
                 let Some((method, variant)) = result.method.split_once(MARK) else { continue };
                 let Some(variant) = variant.parse().ok().and_then(|i: usize| group.get(i)) else { continue };
+                let method = named(method, variant.config.method);
                 let mut measured = row(json!({
                     "parameter": variant.parameter,
                     "value": variant.value,
@@ -120,6 +121,15 @@ impl OnClips for Args {
             rows,
             figures,
         })
+    }
+}
+
+/// The row's method: [`run_folds`] calls every configuration a mixture, and a labelled one `local-ar`.
+fn named(row: &str, method: Method) -> &str {
+    match (method, row) {
+        (Method::Lti, "local-ar") => "lti-labelled",
+        (Method::Lti, _) => "lti",
+        _ => row,
     }
 }
 
@@ -204,7 +214,8 @@ fn reduce_rate(corpus: &mut Corpus, divisor: f64) {
 
 /// Error against variability of every variant, unlabelled.
 fn trade_off(rows: &[table::Row]) -> Figure {
-    let unlabelled: Vec<table::Row> = rows.iter().filter(|r| r["method"] == "mixture").cloned().collect();
+    let unlabelled: Vec<table::Row> =
+        rows.iter().filter(|r| r["method"] == "mixture" || r["method"] == "lti").cloned().collect();
     let points: Vec<(String, f64, f64)> = table::means(&unlabelled, &["parameter", "value"])
         .iter()
         .map(|r| {

@@ -72,8 +72,8 @@ impl OnClips for Args {
     }
 }
 
-/// Runs the evaluation. Actions that are no gaits have no right strike, and are left out. Classes of too few cycles are
-/// left out too, and named on standard error.
+/// Runs the evaluation. Actions that are no gaits have no right strike; they and classes of too few cycles are left out, and
+/// named on standard error.
 fn evaluate(corpus: &Corpus, from: usize) -> Result<Evaluation, LandmarkError> {
     let (found, left_out) = gaits(corpus, &Body::of(corpus)?, from);
     left_out.iter().for_each(gestus_database::command_line::outputs::note);
@@ -113,11 +113,12 @@ fn known_pairs() -> Vec<table::Row> {
     rows
 }
 
-/// Rows of the corpus's own gait cycles, and a line for each class that has too few of them.
+/// Rows of the corpus's own gait cycles, and a line for each action without gait and each class that has too few of them.
 fn gaits(corpus: &Corpus, body: &Body, from: usize) -> (Vec<table::Row>, Vec<String>) {
     let (mut rows, mut left_out) = (Vec::new(), Vec::new());
     for action in 0..corpus.actions.len() {
         if !is_gait(corpus, action) {
+            left_out.push(format!("left out: {} is no gait", corpus.actions[action]));
             continue;
         }
         let mut of = |style: usize| {
@@ -212,7 +213,7 @@ mod tests {
     /// a plot said that no method errs.
     #[test]
     fn a_class_of_too_few_cycles_is_left_out_and_named() {
-        let options = synth::Options::of(&["walk", "run"], &["neutral", "old", "proud"], 1, 5.0);
+        let options = synth::Options::of(&["walk", "run", "punch"], &["neutral", "old", "proud"], 1, 5.0);
         let mut corpus = synth::corpus(&options).unwrap();
         let body = Body::of(&corpus).unwrap();
         let mut thin = |action: &str, style: &str| {
@@ -223,9 +224,10 @@ mod tests {
         thin("walk", "old");
         thin("run", "neutral");
         let (rows, left_out) = gaits(&corpus, &body, 0);
-        let lines = [("old", "walk"), ("neutral", "run")].map(|(s, a)| {
+        let mut lines = Vec::from([("old", "walk"), ("neutral", "run")].map(|(s, a)| {
             format!("left out: {s} has 2 cycles of {a}, and needs 3: slow, medium and fast ones")
-        });
+        }));
+        lines.push("left out: punch is no gait".into());
         assert_eq!(left_out, lines);
         // Two of the base's own style, three of the other one, by four methods.
         assert_eq!(rows.len(), 4 * (2 + 3));

@@ -16,7 +16,7 @@ use crate::{
 };
 use gestus_database::{build::BuildError, command_line::progress};
 
-/// Options of `gestus evaluate gaussian-process`.
+/// Options of `gestus evaluate gaussian-process`. Of `--to` the first style alone is measured, since fits take minutes.
 #[derive(clap::Args, Debug)]
 pub struct Args;
 
@@ -72,7 +72,7 @@ fn evaluate(experiment: &Experiment) -> Result<Evaluation, BuildError> {
     let lines: Vec<_> = keys.iter().map(|(k, name)| ((*name).to_owned(), series(k))).collect();
     Ok(Evaluation {
         what: "gaussian-process",
-        about: "Gaussian process regression with a stabilised predictor, leave one clip out, conditioned on more and more \
+        about: "Gaussian process regression with a stabilised predictor, leave one clip out, to the first style of --to, conditioned on more and more \
                 of the labelled class's examples. Hyperparameters are chosen on a subset of 160 in every row, the best of three starts by \
                 marginal likelihood (`evidence`: its negative logarithm, a mean over outputs and examples)."
             .into(),

@@ -31,7 +31,7 @@ use gestus_database::{
 /// Frames after a jump whose recall is measured.
 const AFTER: usize = 8;
 
-/// Numbers of neighbors that are searched, by the name of the method: the default, and 40 (Xia 2015, section 5).
+/// Numbers of neighbors that are searched, by the name of the method: the default, and 40 (Xia 2015, section 7).
 fn neighbor_counts() -> [(&'static str, u16); 2] {
     [("graph", Config::new().k), ("graph-40", 40)]
 }
@@ -59,10 +59,10 @@ fn evaluate(experiment: &Experiment) -> Result<Evaluation> {
     let bar = progress::bar(tests.len(), "search");
     let classes = Classes::of(&database);
     let mut rows: Vec<table::Row> = Vec::new();
-    let mut after_jump = [[(0.0, 0.0); AFTER]; 2];
+    let mut after_jump = [[After::default(); AFTER]; 2];
     for (i, &test) in tests.iter().enumerate() {
         let clip = &corpus.examples[test].clip;
-        // The stream jumps in the middle: another clip follows, from its own middle.
+        // After the clip the stream jumps into another one, a third of the way in.
         let other = &corpus.examples[tests[(i + tests.len() / 2) % tests.len()]].clip;
         let jump = clip.frames.len();
         let poses: Vec<Pose> =
@@ -89,28 +89,23 @@ fn evaluate(experiment: &Experiment) -> Result<Evaluation> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let recoveries: Vec<(String, Vec<(f64, f64)>)> = neighbor_counts()
-        .iter()
-        .zip(&after_jump)
-        .map(|((method, _), after)| {
-            let recall =
-                |(t, (found, wanted)): (usize, &(f64, f64))| (t as f64, found / f64::max(*wanted, 1.0));
-            ((*method).to_owned(), after.iter().enumerate().map(recall).collect())
-        })
-        .collect();
-    for (method, recovery) in &recoveries {
-        let method = format!("{method}-after-jump");
-        for (frame, recall) in recovery {
-            rows.push(row(
-                json!({ "method": method, "action": null, "style": null, "frames_after": frame, "recall": recall }),
-            ));
+    let mut recoveries: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
+    for ((name, _), after) in neighbor_counts().into_iter().zip(&after_jump) {
+        let method = format!("{name}-after-jump");
+        for (frame, after) in after.iter().enumerate() {
+            rows.push(row(json!({
+                "method": method, "action": null, "style": null, "frames_after": frame,
+                "recall": after.found / after.wanted.max(1.0), "visits_mean": after.visits / after.queries.max(1.0),
+            })));
         }
+        let recall = |(t, a): (usize, &After)| (t as f64, a.found / a.wanted.max(1.0));
+        recoveries.push((name.to_owned(), after.iter().enumerate().map(recall).collect()));
     }
     let labels =
         Labels { title: "Recall after a jump of the input", x: "frames after the jump", y: "recall" };
     let figures = vec![Figure {
         name: "jump".into(),
-        caption: "The input jumps into the middle of another clip at frame 0.".into(),
+        caption: "The input jumps into another clip, a third of the way in, at frame 0.".into(),
         svg: plots::lines(labels, &recoveries),
     }];
     Ok(Evaluation {
@@ -155,13 +150,22 @@ struct Outcome {
     micros: f64,
 }
 
+/// Sums over the queries of one frame after a jump.
+#[derive(Default, Clone, Copy)]
+struct After {
+    found: f64,
+    wanted: f64,
+    visits: f64,
+    queries: f64,
+}
+
 fn stream(
     database: &Database<'_>,
     classes: &Classes,
     poses: &[Pose],
     k: u16,
     jump: usize,
-    after_jump: &mut [(f64, f64)],
+    after_jump: &mut [After],
 ) -> (Outcome, Outcome) {
     let Config { k, pool, visits, jump: jump_factor, .. } = Config::new().k(k);
     let limits = Limits {
@@ -187,7 +191,7 @@ fn stream(
         for class in 0..counts.classes {
             let start = Instant::now();
             let near = searcher.search(database, class, &metric, &limits, &last[class].0, (last[class].1, 1));
-            graph.micros += start.elapsed().as_secs_f64() * 1e6;
+            let graph_s = start.elapsed().as_secs_f64();
             let (rows, mean): (Vec<u16>, f32) = (near.rows().collect(), near.mean_distance2);
             let query: Vec<f32> =
                 (0..counts.features).map(|f| feature[f] / database.feature_scale(f)).collect();
@@ -199,18 +203,23 @@ fn stream(
             let start = Instant::now();
             // As many as the class has to return, not as many as were found: missing neighbors count against the recall.
             let exact = exact_knn(&features, &query, limits.k.min(database.class(class).k_cap));
-            brute.micros += start.elapsed().as_secs_f64() * 1e6;
+            let brute_s = start.elapsed().as_secs_f64();
             let hits = exact.iter().filter(|(_, r)| rows.contains(&(*r as u16))).count() as f64;
+            let visits = f64::from(near.stats.visits);
             if t < jump {
                 found += hits;
                 wanted += exact.len() as f64;
-            } else if let Some(slot) = after_jump.get_mut(t - jump) {
-                slot.0 += hits;
-                slot.1 += exact.len() as f64;
+                graph.visits += visits;
+                graph.micros += 1e6 * graph_s;
+                brute.visits += classes.searchable[class].iter().filter(|s| **s).count() as f64;
+                brute.micros += 1e6 * brute_s;
+                queries += 1.0;
+            } else if let Some(after) = after_jump.get_mut(t - jump) {
+                after.found += hits;
+                after.wanted += exact.len() as f64;
+                after.visits += visits;
+                after.queries += 1.0;
             }
-            graph.visits += f64::from(near.stats.visits);
-            brute.visits += classes.searchable[class].iter().filter(|s| **s).count() as f64;
-            queries += 1.0;
             last[class] = (rows, mean);
         }
     }

@@ -39,7 +39,7 @@ impl OnClips for Args {
             what: "skate",
             about: "How fast the point that a foot stands on slides, and what holding it costs. `input` \
                     is the clip, `raw` its translation, `unlimited` the same with its feet held, `locked` with its joints no faster \
-                    than 1.2 times the input's too, as shipped, `real` a held-out clip of the output style. `joint_speed_ratio` \
+                    than 1.2 times the input's too, or up to 5/3 of that if the style's are as fast, as shipped, `real` a held-out clip of the output style. `joint_speed_ratio` \
                     holds the fastest joint against the fastest of the input, whichever each is; `leg_speed_ratio` holds hips, \
                     knees and ankles each against itself."
                 .into(),

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value};
 
-use gestus_motion::statistics::{mean, quantile, sorted, variance};
+use gestus_motion::statistics::{mean, quantile, sorted};
 
 /// A row: names and values, in order.
 pub type Row = Map<String, Value>;
@@ -80,8 +80,8 @@ fn groups<'a>(rows: &'a [Row], keys: &[&str]) -> Vec<(Row, Vec<&'a Row>)> {
     groups
 }
 
-/// One number for the rows that agree in `keys`, of every column with numbers; and how many rows these are, since such
-/// numbers are comparable only over the same rows.
+/// One number for the rows that agree in `keys`, of every column with numbers; and how many rows these are, those that
+/// lack a number included.
 fn summary(rows: &[Row], keys: &[&str], of: impl Fn(&[&Row], &str) -> Option<f64>) -> Vec<Row> {
     let columns = columns(rows);
     groups(rows, keys)
@@ -112,24 +112,36 @@ pub fn medians(rows: &[Row], keys: &[&str]) -> Vec<Row> {
     summary(rows, keys, |members, column| quantile(&sorted(numbers(members, column)), 0.5))
 }
 
-/// The standard error of each of the [`means`]. Rows of one `clip` are not independent: their mean counts once. None where
-/// fewer than two clips have the number.
+/// The standard error of each of the [`means`]. Rows of one `clip` or one `truth` are not independent: the error is that of
+/// clustering by both (Cameron, Gelbach and Miller 2011), and at least that by either. None where fewer than two clips, or
+/// truths, have the number.
 pub fn standard_errors(rows: &[Row], keys: &[&str]) -> Vec<Row> {
     summary(rows, keys, |members, column| {
-        let mut clips: Vec<(Option<&Value>, Vec<f64>)> = Vec::new();
-        for row in members {
-            let Some(number) = row.get(column).and_then(Value::as_f64) else { continue };
-            let clip = row.get("clip");
-            match clips.iter_mut().find(|(c, _)| clip.is_some() && *c == clip) {
-                Some((_, of)) => of.push(number),
-                None => clips.push((clip, vec![number])),
-            }
-        }
-        let of_clips: Vec<f64> = clips.into_iter().map(|(_, of)| mean(of)).collect();
-        let count = of_clips.len() as f64;
-        let spread = variance(of_clips.iter().copied()) * count / (count - 1.0);
-        (count > 1.0).then(|| (spread / count).sqrt())
+        let [clips, truths] = [&["clip"][..], &["truth"]].map(|by| clustered(members, column, by));
+        let both = clustered(members, column, &["clip", "truth"])?;
+        let (clips, truths) = (clips?, truths?);
+        Some((clips + truths - both).max(clips).max(truths).sqrt())
     })
+}
+
+/// The squared standard error of a column's mean, where rows that agree in all columns `by` depend on each other, and a row
+/// that lacks one of these on none. None for fewer than two groups.
+fn clustered(members: &[&Row], column: &str, by: &[&str]) -> Option<f64> {
+    let of = mean(numbers(members, column));
+    let mut groups: Vec<(Option<Vec<&Value>>, f64)> = Vec::new();
+    let mut rows = 0.0;
+    for row in members {
+        let Some(number) = row.get(column).and_then(Value::as_f64) else { continue };
+        rows += 1.0;
+        let key: Option<Vec<&Value>> = by.iter().map(|k| row.get(*k).filter(|v| !v.is_null())).collect();
+        match groups.iter_mut().find(|(k, _)| key.is_some() && *k == key) {
+            Some((_, sum)) => *sum += number - of,
+            None => groups.push((key, number - of)),
+        }
+    }
+    let count = groups.len() as f64;
+    let squares: f64 = groups.iter().map(|(_, sum)| sum * sum).sum();
+    (count > 1.0).then(|| squares / (rows * rows) * count / (count - 1.0))
 }
 
 /// Means with their standard errors, as text: `2.0600 ± 0.0400`.
@@ -173,12 +185,22 @@ mod tests {
     }
 
     #[test]
-    fn rows_of_one_clip_count_once_in_a_standard_error() {
+    fn rows_of_one_clip_or_truth_are_not_independent() {
         let row = |clip: &str, e: f64| json!({"m": "a", "clip": clip, "e": e}).as_object().unwrap().clone();
         let rows = [row("x", 1.0), row("x", 3.0), row("y", 4.0)];
-        // Means 2 and 4: deviation sqrt(2), over sqrt(2).
-        assert_eq!(standard_errors(&rows, &["m"])[0]["e"].as_f64(), Some(1.0));
+        // Sums of deviations from 8/3: -4/3 and 4/3, over three rows, of two groups.
+        let error = |rows: &[Row]| standard_errors(rows, &["m"])[0]["e"].as_f64().unwrap();
+        assert!((error(&rows) - 8.0 / 9.0).abs() < 1e-12);
         assert!(standard_errors(&rows[..2], &["m"])[0].get("e").is_none());
         assert_eq!(medians(&rows, &["m"])[0]["e"].as_f64(), Some(3.0));
+        // Four clips of two truths, and two clips to two truths each: either way there are two samples.
+        let of = |clip: &str, truth: &str, e: f64| {
+            json!({"m": "a", "clip": clip, "truth": truth, "e": e}).as_object().unwrap().clone()
+        };
+        let truths = [of("w", "t", 1.0), of("x", "t", 1.0), of("y", "u", 3.0), of("z", "u", 3.0)];
+        let clips = [of("w", "s", 1.0), of("w", "t", 1.0), of("y", "u", 3.0), of("y", "v", 3.0)];
+        for rows in [truths, clips] {
+            assert!((error(&rows) - 1.0).abs() < 1e-12);
+        }
     }
 }

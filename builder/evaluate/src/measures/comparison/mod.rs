@@ -59,7 +59,7 @@ impl OnClips for Args {
         }
         bar.finish_and_clear();
         let mut figures = vec![
-            verdict::bars(&rows, "delivered_error_cm", "Delivered error", "cm"),
+            verdict::bars(&rows, "joint_error_cm", "Predicted error", "cm"),
             verdict::bars(&rows, "step_error_ms", "Timing error", "ms"),
         ];
         figures.extend(loo::figures::curves(experiment)?);

@@ -70,12 +70,12 @@ fn better(mixture: f64, lti: f64, which: &str) -> String {
 /// The verdict in words: every number in it is in the table.
 pub(super) fn verdict(rows: &[table::Row]) -> String {
     let mut text = String::from(
-        "Every method translates clips that it has never seen; errors are mean joint distances of the poses that leave, hips-centred and \
-         facing ahead, to a held-out clip of the output style at equal canonical time, or to the exact answer. That \
+        "Every method translates clips that it has never seen; errors are mean joint distances of predicted poses, before feet are held and joints limited, \
+         which only some methods do, hips-centred and facing ahead, to a held-out clip of the output style at equal canonical time, or to the exact answer. That \
          answer is one affine map for all actions, which is what linear models can say and mixtures have to learn.",
     );
     for set in SETS {
-        let of = |method: &str| mean_of(rows, set, method, "delivered_error_cm");
+        let of = |method: &str| mean_of(rows, set, method, "joint_error_cm");
         let (Some(mixture), Some(lti)) = (of("mixture"), of("lti")) else { continue };
         text += &format!(
             " {set}: mixture {mixture:.2} cm, linear model {lti:.2} cm; {}",
@@ -101,6 +101,10 @@ pub(super) fn verdict(rows: &[table::Row]) -> String {
         }
         if let Some(process) = of("gaussian-process-unlabelled") {
             text += &format!(", of all actions {process:.2} cm");
+        }
+        let delivered = |method: &str| mean_of(rows, set, method, "delivered_error_cm");
+        if let (Some(mixture), Some(lti)) = (delivered("mixture"), delivered("lti")) {
+            text += &format!(". Delivered, the mixture has {mixture:.2} cm, the linear model {lti:.2} cm");
         }
         let step = |method: &str| mean_of(rows, set, method, "step_error_ms");
         if let (Some(mixture), Some(lti), Some(kept)) = (step("mixture"), step("lti"), step("statistic")) {

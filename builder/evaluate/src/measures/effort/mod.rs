@@ -40,9 +40,13 @@ pub struct Args {
     /// Efforts that people gave: a filled-in table of `gestus effort sheet`; default: estimates
     #[arg(long)]
     labels: Option<PathBuf>,
-    /// Random splits
-    #[arg(long, default_value_t = 500)]
+    /// Random splits, at least 1; errors need 2
+    #[arg(long, default_value_t = 500, value_parser = splits)]
     splits: usize,
+}
+
+fn splits(text: &str) -> Result<usize, String> {
+    text.parse().ok().filter(|n| *n > 0).ok_or_else(|| "a whole number of 1 or more".to_owned())
 }
 
 impl Args {
@@ -70,7 +74,7 @@ impl OnClips for Args {
             }
             None => None,
         };
-        Ok(evaluate(experiment, given, self.splits.max(1))?)
+        Ok(evaluate(experiment, given, self.splits)?)
     }
 }
 

@@ -214,8 +214,8 @@ pub const TABLES: &[Table] = &[
     },
     Table {
         name: "Hsu 2005, section 5.2 and Figure 4: deviations",
-        paper: "stepping over an obstacle, ducking, limboing: unpredictable without the blend, kept with it, recovered from \
-                very rapidly in both; 98 states at 10,000 frames a second on a Pentium 4 (video, and these numbers)",
+        paper: "stepping over an obstacle, ducking, limboing: unpredictable without the blend, though recovered from very \
+                rapidly, kept with it; 98 states at 10,000 frames a second on a Pentium 4 (video, and these numbers)",
         differs: "the deviations are made by rule on held-out walks and runs; `lti-paper` is the paper's model, on the host",
         run: |e| deviations::Args.evaluate(e),
         keys: (

@@ -98,6 +98,7 @@ pub(super) fn rows(
                 "visits": flag(Degraded::VISITS),
                 "many_classes": flag(Degraded::CLASSES),
                 "prediction": flag(Degraded::PREDICTION),
+                "spike": flag(Degraded::SPIKE),
                 "degraded": any(&streamed.steps, &inside),
             })));
         }
