@@ -11,7 +11,7 @@ const Gestus = (() => {
     "right_contact", "class_count"];
   const DEGRADED = { input: 1, visits: 2, classes: 4, prediction: 8, jump: 16, leap: 128, far: 256, spike: 512 };
   const PROFILES = [0, 2], JOINTS = 32, CLASSES = 33, PARAMETER = 38, METHOD = 39;
-  const PAGE = 65536, NAME_BYTES = 256, CONFIG_BYTES = 20, MOST_CLASSES = 8, REPORT_WORDS = REPORT.length + 2 * MOST_CLASSES;
+  const PAGE = 65536, NAME_BYTES = 256, CONFIG_BYTES = 20, MAX_CLASSES = 8, REPORT_WORDS = REPORT.length + 2 * MAX_CLASSES;
 
   // The bytes of a Uint8Array, or of an ArrayBuffer as `fetch` returns it.
   const bytesOf = (data) => (ArrayBuffer.isView(data) ? data : new Uint8Array(data));

@@ -24,7 +24,7 @@ const TARGET: &str = "wasm32-unknown-unknown";
 /// Frames of the long stream, which the boards are tried with too (`cargo xtask firmware`).
 const FRAMES: u32 = 10_000;
 /// Frames that a page plays at the least in ten seconds of its own time.
-const LEAST_PLAYED: u32 = 100;
+const MIN_PLAYED_FRAMES: u32 = 100;
 
 /// What is missing to build the module, after trying to install it where that is wanted.
 pub fn missing(setup: bool) -> Option<String> {
@@ -77,7 +77,7 @@ fn in_browser(browser: &str, recorded: &Recorded) -> Result<()> {
     let (digest, expected) = (attribute("data-digest"), attribute("data-expected"));
     let tried = attribute("data-tried").unwrap_or_else(|| "nothing".into());
     println!("{browser}: the page is `{state}`: {frames} frames played, digest {digest:?}, tried {tried}");
-    let plays = state == "playing" && frames >= LEAST_PLAYED && tried == "style, strength, label";
+    let plays = state == "playing" && frames >= MIN_PLAYED_FRAMES && tried == "style, strength, label";
     if !plays || digest.is_none() || digest != expected {
         let error = attribute("data-error").unwrap_or_else(|| "no error is said".into());
         bail!("{} does not play, or not with the host's digest {expected:?}: {error}", page.display());

@@ -165,7 +165,7 @@ impl Experiment {
     }
 
     /// Most test clips that an action has.
-    pub fn most_tests(&self) -> usize {
+    pub fn max_tests(&self) -> usize {
         let tests = self.test_clips();
         let of = |action| tests.iter().filter(|&&i| self.corpus.examples[i].action == action).count();
         (0..self.corpus.actions.len()).map(of).max().unwrap_or(0)
@@ -197,7 +197,7 @@ impl Experiment {
     }
 
     /// Number of folds, those that are left out included.
-    pub fn most_folds(&self) -> usize {
+    pub fn max_folds(&self) -> usize {
         self.test_clips().len() * self.to.len()
     }
 
@@ -354,7 +354,7 @@ mod tests {
             let experiment = new().on(&split, set).unwrap();
             assert_eq!(experiment.corpus.examples.len(), clips, "{set:?}");
             let (folds, _) = experiment.held_out(&Body::of(&experiment.corpus).unwrap());
-            assert_eq!((folds.len(), experiment.most_tests()), (4, 2));
+            assert_eq!((folds.len(), experiment.max_tests()), (4, 2));
             let name = |clip: usize| experiment.corpus.examples[clip].clip.name.clone();
             for clip in folds.iter().flat_map(|f| [f.test, f.truth]) {
                 assert!(takes.iter().any(|take| name(clip).ends_with(take)), "{set:?}: {}", name(clip));

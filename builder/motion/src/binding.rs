@@ -63,9 +63,9 @@ pub enum ConvertError {
 /// Greatest distance of a body from the origin, metres; in millimetres it can still be written and read.
 const FAR_M: f64 = 1e7;
 /// Longest bone, metres: the limit of databases and retargeting maps.
-const LONG_M: f64 = 100.0;
+const MAX_BONE_M: f64 = 100.0;
 /// Longest tip of a chain of bones that tells a body's height, in the length of the bone before it.
-const LONGEST_TIP: f64 = 2.0;
+const MAX_TIP_RATIO: f64 = 2.0;
 /// Movement of an inner joint's translation that is worth a note, metres.
 const STRETCH_M: f64 = 0.01;
 
@@ -131,7 +131,7 @@ impl Binding {
         for (s, &j) in joints.iter().enumerate() {
             let offset = if s == 0 { Vector3::zeros() } else { means[s] * scale };
             let metres = offset.norm();
-            if metres.is_nan() || metres > LONG_M {
+            if metres.is_nan() || metres > MAX_BONE_M {
                 return Err(ConvertError::TooLong { joint: all[j].name.clone(), metres });
             }
             offsets.push(offset);
@@ -354,7 +354,7 @@ fn longest_chain(all: &[Joint], joints: &[usize], place: &[Option<usize>], means
         }
         let tip = joint.tips.iter().map(Vector3::norm).fold(0.0, f64::max);
         // Blender writes tips of fourteen metres for bones of glTF, which has none.
-        longest = longest.max(reach[s] + tip.min(LONGEST_TIP * means[s].norm()));
+        longest = longest.max(reach[s] + tip.min(MAX_TIP_RATIO * means[s].norm()));
     }
     longest
 }

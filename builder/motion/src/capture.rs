@@ -17,7 +17,7 @@ use thiserror::Error;
 use walkdir::WalkDir;
 
 use crate::animation::{Animation, Joint, Recording};
-use crate::files::{self, FileError, MOST_MOTION};
+use crate::files::{self, FileError, MAX_MOTION_BYTES};
 pub use crate::format::{EndingError, Format, file_and_animation, file_of};
 
 use crate::format::is_gltf;
@@ -32,7 +32,7 @@ use crate::{
 };
 
 /// Deepest nesting of folders that is followed.
-const MAX_FOLDERS: usize = 32;
+const MAX_FOLDER_DEPTH: usize = 32;
 
 /// A file that could not be read.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -229,7 +229,7 @@ pub fn motion_files(path: &Path) -> Result<(Vec<PathBuf>, Vec<CaptureError>), Ca
     if path.is_file() {
         return Ok((vec![path.to_path_buf()], errors));
     }
-    let files = WalkDir::new(path).max_depth(MAX_FOLDERS + 1).into_iter();
+    let files = WalkDir::new(path).max_depth(MAX_FOLDER_DEPTH + 1).into_iter();
     for entry in files.filter_entry(|entry| entry.depth() == 0 || !is_hidden(entry.path())) {
         match entry {
             Ok(entry) if !entry.file_type().is_dir() && Format::of(entry.path()).is_some() => {
@@ -319,7 +319,7 @@ fn format_of(path: &Path) -> Result<Format, CaptureError> {
 }
 
 fn read_bvh(path: &Path) -> Result<Bvh, BvhError> {
-    let bytes = files::read(path, MOST_MOTION).map_err(|e| file_error(path, e))?;
+    let bytes = files::read(path, MAX_MOTION_BYTES).map_err(|e| file_error(path, e))?;
     Bvh::parse(&bytes, &path.to_string_lossy())
 }
 

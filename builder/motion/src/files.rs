@@ -14,9 +14,9 @@ use tempfile::{Builder, NamedTempFile};
 use thiserror::Error;
 
 /// Largest file of motion that is read, bytes.
-pub const MOST_MOTION: u64 = 1 << 30;
+pub const MAX_MOTION_BYTES: u64 = 1 << 30;
 /// Largest file of settings, labels or maps that is read, bytes.
-pub const MOST_SETTINGS: u64 = 4 << 20;
+pub const MAX_SETTINGS_BYTES: u64 = 4 << 20;
 
 /// How much memory the content of a file may take.
 pub mod memory {
@@ -26,7 +26,7 @@ pub mod memory {
     const TIMES: usize = 5;
 
     /// Most memory for the content of a file of that size.
-    pub fn most(file: usize) -> usize {
+    pub fn max_bytes(file: usize) -> usize {
         BASE.saturating_add(file.saturating_mul(TIMES))
     }
 }
@@ -42,9 +42,9 @@ pub enum FileError {
     )]
     NotRegular,
     #[error(
-        "it has {bytes} bytes, and files of this kind are read up to {most}; leave out what is not needed"
+        "it has {bytes} bytes, and files of this kind are read up to {max_bytes}; leave out what is not needed"
     )]
-    Size { bytes: u64, most: u64 },
+    Size { bytes: u64, max_bytes: u64 },
     #[error("it is outside of the folder of the file that names it, and only files in that folder are read")]
     Outside,
     #[error("a page in a browser reads a file without those beside it")]
@@ -61,24 +61,24 @@ impl From<io::Error> for FileError {
     }
 }
 
-/// Reads a regular file of at most `most` bytes.
+/// Reads a regular file of at most `max_bytes` bytes.
 ///
 /// # Errors
 /// [`FileError`]; nothing is read in that case.
-pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, FileError> {
+pub fn read(path: &Path, max_bytes: u64) -> Result<Vec<u8>, FileError> {
     let about = fs::metadata(path)?;
     if !about.is_file() {
         return Err(FileError::NotRegular);
     }
     let bytes = about.len();
-    if bytes > most {
-        return Err(FileError::Size { bytes, most });
+    if bytes > max_bytes {
+        return Err(FileError::Size { bytes, max_bytes });
     }
     let mut content = Vec::with_capacity(bytes as usize);
     // A file may grow between the look and the reading.
-    File::open(path)?.take(most + 1).read_to_end(&mut content)?;
+    File::open(path)?.take(max_bytes + 1).read_to_end(&mut content)?;
     match content.len() as u64 {
-        bytes if bytes > most => Err(FileError::Size { bytes, most }),
+        bytes if bytes > max_bytes => Err(FileError::Size { bytes, max_bytes }),
         _ => Ok(content),
     }
 }
@@ -96,12 +96,12 @@ pub fn head(path: &Path, bytes: u64) -> Result<Vec<u8>, FileError> {
     Ok(head)
 }
 
-/// Reads a regular file of at most `most` bytes as UTF-8.
+/// Reads a regular file of at most `max_bytes` bytes as UTF-8.
 ///
 /// # Errors
 /// [`FileError`].
-pub fn read_text(path: &Path, most: u64) -> Result<String, FileError> {
-    String::from_utf8(read(path, most)?).map_err(|_| FileError::Io("it is not UTF-8 text".to_owned()))
+pub fn read_text(path: &Path, max_bytes: u64) -> Result<String, FileError> {
+    String::from_utf8(read(path, max_bytes)?).map_err(|_| FileError::Io("it is not UTF-8 text".to_owned()))
 }
 
 /// Reads a file that another one names by a path relative to its own folder. The file has to lie in that folder, also
@@ -109,7 +109,7 @@ pub fn read_text(path: &Path, most: u64) -> Result<String, FileError> {
 ///
 /// # Errors
 /// [`FileError`].
-pub fn read_in(folder: &Path, name: &Path, most: u64) -> Result<Vec<u8>, FileError> {
+pub fn read_in(folder: &Path, name: &Path, max_bytes: u64) -> Result<Vec<u8>, FileError> {
     let plain = |c: Component<'_>| matches!(c, Component::Normal(_) | Component::CurDir);
     // `C:x` and `file://x` are paths on one system and plain names on another.
     if !name.components().all(plain) || name.to_string_lossy().contains([':', '\\']) {
@@ -120,7 +120,7 @@ pub fn read_in(folder: &Path, name: &Path, most: u64) -> Result<Vec<u8>, FileErr
     if !path.starts_with(folder.canonicalize()?) {
         return Err(FileError::Outside);
     }
-    read(&path, most)
+    read(&path, max_bytes)
 }
 
 /// A file that is being written, and takes its place when it is [committed](Self::commit).
@@ -225,7 +225,7 @@ mod tests {
         let path = folder.path().join("a.bvh");
         write(&path, b"12345").unwrap();
         assert_eq!(read(&path, 5).unwrap(), b"12345");
-        assert_eq!(read(&path, 4).unwrap_err(), FileError::Size { bytes: 5, most: 4 });
+        assert_eq!(read(&path, 4).unwrap_err(), FileError::Size { bytes: 5, max_bytes: 4 });
         assert_eq!(read(folder.path(), 4).unwrap_err(), FileError::NotRegular);
         assert!(matches!(read(&folder.path().join("none"), 4).unwrap_err(), FileError::Io(_)));
         write(&path, [0xff]).unwrap();

@@ -162,10 +162,10 @@ pub fn split(name: &str) -> (Option<Side>, String) {
 /// `Avatar_LeftArm`: what a person or a tool put before the names of a whole character. None for a name without them.
 pub fn without_shared_words(all: &[&str]) -> Vec<Vec<String>> {
     /// Of a project, a character and a rig; no name begins with more.
-    const MOST: usize = 3;
+    const MAX_PREFIXES: usize = 3;
     let mut rest: Vec<Vec<String>> = all.iter().map(|name| words(name)).collect();
     let mut shorter = vec![Vec::new(); all.len()];
-    for _ in 0..MOST {
+    for _ in 0..MAX_PREFIXES {
         let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
         for words in rest.iter().filter(|words| words.len() > 1) {
             *counts.entry(words[0].as_str()).or_default() += 1;

@@ -299,7 +299,7 @@ fn dial(bytes: &[u8], corpus: &Corpus, table: Option<&Path>) -> Result<Option<Ve
         None => Model::of_database(&database)?,
     };
     if model.library.fragments.is_empty() {
-        super::note(format_args!("no effort dial: no cycle is as long as {} frames", fragment::FEWEST));
+        super::note(format_args!("no effort dial: no cycle is as long as {} frames", fragment::MIN_FRAMES));
         return Ok(None);
     }
     let dial = match response::solve(&database, corpus, &model, corpus.plain_style())? {
@@ -316,7 +316,7 @@ fn dial(bytes: &[u8], corpus: &Corpus, table: Option<&Path>) -> Result<Option<Ve
         super::note(format_args!(
             "the effort dial leaves out {}: no fragment of it has a label, or is as long as {} frames",
             unused.join(", "),
-            fragment::FEWEST
+            fragment::MIN_FRAMES
         ));
     }
     if let Some(path) = table.filter(|_| dial.source != Source::Given) {
@@ -325,8 +325,8 @@ fn dial(bytes: &[u8], corpus: &Corpus, table: Option<&Path>) -> Result<Option<Ve
              more rows",
             path.display(),
             model.library.fragments.len(),
-            response::FEWEST_GIVEN,
-            fragment::FEWEST
+            response::MIN_GIVEN,
+            fragment::MIN_FRAMES
         ));
     }
     Ok(Some(dial.section()))

@@ -44,7 +44,7 @@ pub struct Args {
 }
 
 /// Greatest weight of a style, of a sum of 1: further from the data no body walks.
-const MOST_WEIGHT: f64 = 5.0;
+const MAX_WEIGHT: f64 = 5.0;
 
 /// Runs the command.
 pub fn run(args: &Args) -> Result<()> {
@@ -69,8 +69,8 @@ pub fn run(args: &Args) -> Result<()> {
         bail!("--style {}: the weights sum to {total}", args.style);
     }
     weights.iter_mut().for_each(|w| *w /= total);
-    if let Some(w) = weights.iter().find(|w| !(-MOST_WEIGHT..=MOST_WEIGHT).contains(*w)) {
-        bail!("--style {}: a style has {w:.1} of the sum: from -{MOST_WEIGHT} to {MOST_WEIGHT}", args.style);
+    if let Some(w) = weights.iter().find(|w| !(-MAX_WEIGHT..=MAX_WEIGHT).contains(*w)) {
+        bail!("--style {}: a style has {w:.1} of the sum: from -{MAX_WEIGHT} to {MAX_WEIGHT}", args.style);
     }
     if !(0.1..=600.0).contains(&args.seconds) {
         bail!("--seconds {}: from 0.1 to 600", args.seconds);

@@ -8,7 +8,7 @@ use gestus_database::{
     command_line::options::ReportArgs,
     effort::{
         POLE,
-        fragment::{FEWEST, Library, Span},
+        fragment::{Library, MIN_FRAMES, Span},
         labels,
         model::{BLENDS, Model},
         outputs::{self, Row, Score},
@@ -126,7 +126,7 @@ pub fn model(database: &Database<'_>, db: &Path, given: Option<&Path>) -> Result
         None => Model::of_database(database)?,
     };
     if model.library.fragments.is_empty() {
-        bail!("{}: no cycle is as long as {FEWEST} frames: there is nothing to blend", db.display());
+        bail!("{}: no cycle is as long as {MIN_FRAMES} frames: there is nothing to blend", db.display());
     }
     Ok(model)
 }

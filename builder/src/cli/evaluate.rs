@@ -246,7 +246,7 @@ fn on_set(experiment: Experiment, file: &Path, set: Set) -> Result<Experiment> {
             file.display()
         );
     }
-    Ok(Experiment { folds: experiment.most_tests(), ..experiment })
+    Ok(Experiment { folds: experiment.max_tests(), ..experiment })
 }
 
 /// A measure of an existing database.

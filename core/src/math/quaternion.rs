@@ -125,7 +125,7 @@ pub fn rotate(q: Quaternion, v: Vector) -> Vector {
     let [x, y, z, w] = fixed(q);
     // The largest number has 28 or 29 bits.
     let largest = v.iter().fold(0, |most, v| (v.to_bits() << 1).max(most)) >> 24;
-    let bits = (155 - largest as i32).min(MOST_BITS);
+    let bits = (155 - largest as i32).min(MAX_FRACTION_BITS);
     let v = v.map(|v| to_fixed(v, bits));
     // Half of `2 q × v`, of which `times` would keep too few bits.
     let cross = |a: i32, b: i32, c: i32, d: i32| (wide(a, b).wrapping_sub(wide(c, d)) >> (UNIT - 1)) as i32;
@@ -142,7 +142,7 @@ pub fn rotate(q: Quaternion, v: Vector) -> Vector {
 }
 
 /// Greatest number of fractional bits of a vector.
-const MOST_BITS: i32 = 96;
+const MAX_FRACTION_BITS: i32 = 96;
 
 /// The rotation about a unit axis.
 pub(crate) fn about(axis: Vector, angle: f32) -> Quaternion {

@@ -143,7 +143,7 @@ impl Database<'_> {
     /// has the bound under its current settings ([`Stylizer::worst_step`](crate::Stylizer::worst_step)). The cost is
     /// proportional to the number of classes. All counts are 0 if the database lacks what the method needs.
     pub fn worst_step(&self, config: &Config) -> Work {
-        self.worst_step_of(config, &Load::most(self))
+        self.worst_step_of(config, &Load::heaviest(self))
     }
 
     /// [`worst_step`](Self::worst_step) under given settings.

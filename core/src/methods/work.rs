@@ -59,7 +59,7 @@ pub struct Load {
 impl Load {
     /// The settings that cost most: no labels, every style in the body's mix, and a mix of its own for every other
     /// joint group.
-    pub fn most(database: &Database<'_>) -> Self {
+    pub fn heaviest(database: &Database<'_>) -> Self {
         let styles = as_u32(database.counts().styles.min(MAX_STYLES));
         let other_groups = as_u32(database.counts().groups.min(MAX_GROUPS)).saturating_sub(1);
         Self {

@@ -2,7 +2,7 @@
 
 use super::{
     Robot,
-    layout::MAX_CHAIN,
+    layout::MAX_LIMB_HINGES,
     limits::Motion,
     reach::{Link, reach},
 };
@@ -19,7 +19,7 @@ use crate::{
 };
 
 /// Largest angle that is accepted as a reading of a servo, radians.
-const MOST_ANGLE: f32 = 100.0;
+const MAX_ANGLE_RAD: f32 = 100.0;
 
 /// The report of a tick.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -64,7 +64,7 @@ impl<'r, const H: usize> Drive<'r, H> {
         let mut this = Self { robot, motions: [Motion::default(); H], targets: [0.0; H] };
         for (h, (motion, target)) in this.motions.iter_mut().zip(&mut this.targets).enumerate().take(count) {
             let limits = robot.limits(h);
-            let given = angles.get(h).copied().filter(|a| abs(*a) <= MOST_ANGLE);
+            let given = angles.get(h).copied().filter(|a| abs(*a) <= MAX_ANGLE_RAD);
             motion.position = given.unwrap_or(clamp(0.0, limits.low, limits.high));
             *target = motion.position;
         }
@@ -189,7 +189,7 @@ impl<'r, const H: usize> Drive<'r, H> {
         let [first, last] = limb.hinges;
         let none =
             Link { offset: [0.0; 3], turn: IDENTITY, axis: [1.0, 0.0, 0.0], range: (0.0, 0.0), angle: 0.0 };
-        let mut chain = [none; MAX_CHAIN];
+        let mut chain = [none; MAX_LIMB_HINGES];
         for (slot, h) in chain.iter_mut().zip(first..=last) {
             let hinge = self.robot.hinge(h);
             let limits = self.robot.limits(h);

@@ -16,7 +16,7 @@ use super::{Drive, Driven};
 use crate::{Report, Stylizer, body::pose::Pose, retarget::Map};
 
 /// Most ticks of one step; further ones are left out. A robot with 1,000 ticks a second has 33 in a thirtieth of one.
-pub const MOST_TICKS: u16 = 64;
+pub const MAX_TICKS: u16 = 64;
 
 /// The report of a step and of the ticks behind it.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -27,7 +27,7 @@ pub struct RobotStep {
     pub report: Report,
     /// The last tick's report; where no tick was due, that of the tick before.
     pub driven: Driven,
-    /// Ticks that were due, 0 to [`MOST_TICKS`].
+    /// Ticks that were due, 0 to [`MAX_TICKS`].
     pub ticks: u16,
 }
 
@@ -72,13 +72,13 @@ impl<'r, const H: usize> Follower<'r, H> {
             self.owed_s += step_s;
         }
         let mut ticks = 0;
-        while self.owed_s >= 0.5 * tick_s && ticks < MOST_TICKS {
+        while self.owed_s >= 0.5 * tick_s && ticks < MAX_TICKS {
             self.owed_s -= tick_s;
             ticks += 1;
             let driven = self.tick(pose);
             each(&self.drive, driven);
         }
-        if ticks == MOST_TICKS {
+        if ticks == MAX_TICKS {
             self.owed_s = 0.0;
         }
         (ticks, self.driven)

@@ -19,7 +19,7 @@ pub const MAX_HINGES: usize = 64;
 /// Most limbs.
 pub const MAX_LIMBS: usize = 8;
 /// Most hinges of a limb.
-pub const MAX_CHAIN: usize = 8;
+pub const MAX_LIMB_HINGES: usize = 8;
 /// The parent of a hinge that is mounted on the base.
 pub const BASE: u8 = 255;
 

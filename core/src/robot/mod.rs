@@ -25,7 +25,7 @@ pub mod servo;
 mod validate;
 
 pub use drive::{Drive, Driven};
-pub use follow::{Follower, MOST_TICKS, RobotStep};
+pub use follow::{Follower, MAX_TICKS, RobotStep};
 
 use crate::{
     ConfigError, Database,

@@ -11,7 +11,7 @@
 //! keeps the body's posture. Source: Wampler 1986; Nakamura and Hanafusa 1986. Cost: the forward kinematics of the
 //! hinges, at most [`STEPS`] + 1 times.
 
-use super::layout::MAX_CHAIN;
+use super::layout::MAX_LIMB_HINGES;
 use crate::math::{
     clamp,
     quaternion::{self, Quaternion, Vector, about},
@@ -43,14 +43,14 @@ pub struct Link {
 
 /// Changes the limb's angles so that its tip comes to `goal`. `before` is the orientation of the frame that the limb is
 /// mounted on; `goal` is relative to the limb's first hinge, in the base's axes; `tip` is in the frame behind the last
-/// hinge. Only the first [`MAX_CHAIN`] links are used. Returns the distance that is left, metres.
+/// hinge. Only the first [`MAX_LIMB_HINGES`] links are used. Returns the distance that is left, metres.
 pub fn reach(links: &mut [Link], before: Quaternion, tip: Vector, goal: Vector) -> f32 {
     let length2 = dot(goal, goal);
     let mut missing = [0.0; 3];
     for step in 0..=STEPS {
         // Axes and positions, from the first hinge on.
-        let mut columns = [[0.0f32; 3]; MAX_CHAIN];
-        let mut places = [[0.0f32; 3]; MAX_CHAIN];
+        let mut columns = [[0.0f32; 3]; MAX_LIMB_HINGES];
+        let mut places = [[0.0f32; 3]; MAX_LIMB_HINGES];
         let (mut turn, mut place) = (before, [0.0; 3]);
         for (i, ((link, column), at)) in links.iter().zip(&mut columns).zip(&mut places).enumerate() {
             if i > 0 {

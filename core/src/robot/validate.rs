@@ -2,7 +2,9 @@
 
 use super::{
     Robot,
-    layout::{self, MAGIC, MAX_CHAIN, MAX_HINGES, MAX_LIMBS, VERSION, group, header, hinge, joint, limb},
+    layout::{
+        self, MAGIC, MAX_HINGES, MAX_LIMB_HINGES, MAX_LIMBS, VERSION, group, header, hinge, joint, limb,
+    },
 };
 use crate::{
     BlobError,
@@ -117,7 +119,7 @@ fn contents(robot: &Robot<'_>) -> Checked {
         let fits = record.joints.iter().all(|&j| j < robot.joints())
             && first <= last
             && last < robot.hinges()
-            && last - first < MAX_CHAIN
+            && last - first < MAX_LIMB_HINGES
             && chained(first, last)
             && (1e-3..=100.0).contains(&record.scale)
             && record.tip.iter().all(near);

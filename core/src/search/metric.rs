@@ -23,17 +23,17 @@ use crate::{
 /// Sum of the squared scales, in units. Rounding adds up to half a unit a component; no component is 0.
 pub const TOTAL: u16 = 29_000;
 /// The largest sum `Σ a c²`.
-pub const MOST_NORM2: u32 = (TOTAL as u32 + 3 * MAX_FEATURES as u32) * 128 * 128;
+pub const MAX_NORM2: u32 = (TOTAL as u32 + 3 * MAX_FEATURES as u32) * 128 * 128;
 /// Added to every distance, so that none is negative: rounding subtracts at most 2.5 units.
 pub(super) const BIAS: u32 = 3;
 /// Fractional bits of the query, in codes.
 const FINE: u32 = 12;
 /// The query is clamped to this many codes.
-const MOST_CODES: f32 = 16_384.0;
+const MAX_QUERY_CODES: f32 = 16_384.0;
 /// Upper bound of a distance in units: 2^32, less a margin for rounding.
-const MOST_UNITS: f32 = 4.2905e9;
+const MAX_DISTANCE_UNITS: f32 = 4.2905e9;
 /// Greatest shift of the unit, enough for the farthest query.
-const MOST_SHIFT: u32 = 11;
+const MAX_UNIT_SHIFT: u32 = 11;
 
 /// Squared scales of the components in units, and the size of a unit.
 #[derive(Debug, Clone)]
@@ -112,14 +112,15 @@ impl Metric {
         let of = feature.iter_mut().zip(scales.clone()).zip(&metric.weights.units);
         for (f, ((query, scale), &unit)) in of.enumerate() {
             // From here on in codes.
-            *query = clamp(*query / scale, -MOST_CODES, MOST_CODES);
+            *query = clamp(*query / scale, -MAX_QUERY_CODES, MAX_QUERY_CODES);
             if is_searched(f) {
                 let codes = abs(*query) + 128.0;
                 farthest += f32::from(unit) * codes * codes;
             }
         }
-        metric.shift =
-            (0..MOST_SHIFT).find(|&k| farthest < MOST_UNITS * (1 << k) as f32).unwrap_or(MOST_SHIFT);
+        metric.shift = (0..MAX_UNIT_SHIFT)
+            .find(|&k| farthest < MAX_DISTANCE_UNITS * (1 << k) as f32)
+            .unwrap_or(MAX_UNIT_SHIFT);
         let half = (1i64 << metric.shift) >> 1;
         // In units of 2^-24.
         let mut norm2 = 0i64;

@@ -45,13 +45,13 @@ const DESCENT_SPEED: f32 = 0.3;
 /// Height up to which a foot at rest counts as standing, metres.
 const CONTACT_HEIGHT_M: f32 = 0.01;
 /// Speed that no joint of a body reaches, rad/s.
-const MAX_JOINT_SPEED: f32 = 40.0;
+const MAX_JOINT_RAD_S: f32 = 40.0;
 /// Rate that no heading reaches, rad/s.
-const MAX_HEADING_SPEED: f32 = 20.0;
+const MAX_HEADING_RAD_S: f32 = 20.0;
 /// Speed that no root reaches, m/s.
-const MAX_ROOT_SPEED: f32 = 15.0;
+const MAX_ROOT_M_S: f32 = 15.0;
 /// Change of the root's speed in a frame that no body reaches, m/s. Jumps and kicks of real bodies reach 1.
-const MAX_ROOT_CHANGE: f32 = 3.0;
+const MAX_ROOT_CHANGE_M_S: f32 = 3.0;
 /// Part of the last velocity that is assumed in a frame that leaps.
 const LEAP_SPEED_KEPT: f32 = 0.9;
 
@@ -99,7 +99,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         // Rates of the root are measured over one frame, however many have passed.
         let frames = self.faults.frames();
         let seconds = frames / self.database.rate_hz();
-        let most = MAX_JOINT_SPEED * seconds;
+        let most = MAX_JOINT_RAD_S * seconds;
         let turns = |d: usize, change: f32| change > most && joint_turned(x, x_prev, d) > most;
         let changes = x.iter().zip(x_prev).map(|(&now, &before)| abs(now - before));
         let changes = changes.enumerate().take(self.database.counts().dofs);
@@ -111,14 +111,14 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         // A body keeps its speed: that of the last frame or, after a leap, the one assumed for it.
         let jerks = |d: usize, last: f32| {
             let known = [last, of(x_prev, d)];
-            known.iter().all(|known| abs(of(x, d) - frames * known) > MAX_ROOT_CHANGE * frames * frames)
+            known.iter().all(|known| abs(of(x, d) - frames * known) > MAX_ROOT_CHANGE_M_S * frames * frames)
         };
-        at(dof::FORWARD) > MAX_ROOT_SPEED * frames
-            || at(dof::LEFT) > MAX_ROOT_SPEED * frames
+        at(dof::FORWARD) > MAX_ROOT_M_S * frames
+            || at(dof::LEFT) > MAX_ROOT_M_S * frames
             || self.faults.speed.is_some_and(|[f, l]| jerks(dof::FORWARD, f) || jerks(dof::LEFT, l))
-            || at(dof::YAW) > MAX_HEADING_SPEED * frames
+            || at(dof::YAW) > MAX_HEADING_RAD_S * frames
             || changes.take(dof::FORWARD).any(|(d, change)| match d {
-                dof::HEIGHT => change > MAX_ROOT_SPEED * seconds,
+                dof::HEIGHT => change > MAX_ROOT_M_S * seconds,
                 _ => turns(d, change),
             })
             || (largest > most && joints.clone().any(|(d, change)| turns(d, change)))

@@ -9,9 +9,9 @@ use crate::{
 };
 
 /// Speed out and back of a joint that no body has, rad/s. Joints of 0.16% of the captured frames have it, most of them runs.
-const MAX_TURN: f32 = 6.0;
+const MAX_TURN_RAD_S: f32 = 6.0;
 /// Speed out and back of the root's height that no body has, m/s.
-const MAX_RISE: f32 = 3.0;
+const MAX_RISE_M_S: f32 = 3.0;
 
 /// The numbers that changed fast in the last frame. Bits 0 to 2 are set for those that rose, bits 4 to 6 for those that
 /// fell.
@@ -39,11 +39,11 @@ impl<const J: usize> Spike<J> {
 // Not generic over capacities, so that it is compiled with the core, optimised for speed.
 #[inline(never)]
 fn observe(root: &mut u8, joints: &mut [u8], [x, x_prev]: [&[f32]; 2], seconds: f32) -> (Fastest, bool) {
-    let turn = MAX_TURN * seconds;
+    let turn = MAX_TURN_RAD_S * seconds;
     let at = |x: &[f32], d: usize| x.get(d).copied().unwrap_or(0.0);
     // The place on the ground has its own limit, of its change of speed.
     let rise = at(x, dof::HEIGHT) - at(x_prev, dof::HEIGHT);
-    let changes = [rise * (MAX_TURN / MAX_RISE), at(x, dof::YAW) * seconds, 0.0];
+    let changes = [rise * (MAX_TURN_RAD_S / MAX_RISE_M_S), at(x, dof::YAW) * seconds, 0.0];
     let mut returned = came_back(root, &changes, turn);
     let fastest = Fastest::of(x, x_prev, |joint, change, change2| {
         if let Some(last) = joints.get_mut(joint) {

@@ -20,7 +20,7 @@ struct settings {
   float weights[2];
 };
 
-enum { HEADER_BYTES = 24, MOST_JOINTS = 22, NOT_SET = -2 };
+enum { HEADER_BYTES = 24, MAX_JOINTS = 22, NOT_SET = -2 };
 
 static void say_hex(uint32_t number) {
   char text[9];
@@ -111,7 +111,7 @@ int stylize(const uint8_t *blob, size_t blob_bytes, const uint8_t *recording, si
   size_t joints = counts.joints;
   size_t pose_bytes = (3 + 4 * joints) * sizeof(float);
   size_t frame_bytes = sizeof(struct settings) + pose_bytes;
-  if (recording_bytes < HEADER_BYTES || !same(recording, "GSTREAM1", 8) || joints > MOST_JOINTS ||
+  if (recording_bytes < HEADER_BYTES || !same(recording, "GSTREAM1", 8) || joints > MAX_JOINTS ||
       number_at(recording + 12) != joints || recording_bytes != HEADER_BYTES + number_at(recording + 8) * frame_bytes) {
     say("the recording is none, or not on the database's skeleton\n");
     return 1;
@@ -121,7 +121,7 @@ int stylize(const uint8_t *blob, size_t blob_bytes, const uint8_t *recording, si
   struct settings before = {.action = NOT_SET};
   for (const uint8_t *frame = recording + HEADER_BYTES; frame < recording + recording_bytes; frame += frame_bytes) {
     struct settings settings;
-    float position[3], rotations[MOST_JOINTS][4];
+    float position[3], rotations[MAX_JOINTS][4];
     copy(&settings, frame, sizeof settings);
     copy(position, frame + sizeof settings, sizeof position);
     copy(rotations, frame + sizeof settings + sizeof position, pose_bytes - sizeof position);

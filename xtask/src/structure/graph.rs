@@ -8,7 +8,7 @@ use super::{
 };
 
 /// Re-exports are followed this far; a longer chain would be a circle of re-exports.
-const MOST_HOPS: usize = 16;
+const MAX_HOPS: usize = 16;
 
 /// A module's place in the crate: the names from the root.
 type Path = Vec<String>;
@@ -74,7 +74,7 @@ impl<'a> Crate<'a> {
     /// What a path names that is written in the module at `place`. None for names of other crates and of variables.
     fn resolve(&self, place: &[String], path: &[String], hops: usize) -> Option<Named> {
         let (first, rest) = path.split_first()?;
-        if hops > MOST_HOPS {
+        if hops > MAX_HOPS {
             return None;
         }
         match first.as_str() {

@@ -7,14 +7,14 @@ use gestus_core::{Database, retarget, robot};
 use gestus_motion::files;
 
 /// Largest file that is read, bytes: offsets in it have 32 bits.
-const MOST: u64 = 1 << 32;
+const MAX_BYTES: u64 = 1 << 32;
 
 /// Reads a file's bytes; a database is opened where they live.
 ///
 /// # Errors
 /// A file that can't be read, is no regular one, or is larger than any database.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
-    files::read(path, MOST).with_context(|| format!("{} can't be read", path.display()))
+    files::read(path, MAX_BYTES).with_context(|| format!("{} can't be read", path.display()))
 }
 
 /// Writes a file, whole or not at all.

@@ -39,7 +39,7 @@ use crate::{
     },
 };
 use gestus_motion::{
-    files::{self, MOST_SETTINGS},
+    files::{self, MAX_SETTINGS_BYTES},
     unit::Unit,
 };
 
@@ -239,7 +239,7 @@ impl Config {
     /// default of `data`.
     pub fn read(path: &Path) -> Result<Config, AnnotateError> {
         let file = path.display().to_string();
-        let text = files::read_text(path, MOST_SETTINGS)
+        let text = files::read_text(path, MAX_SETTINGS_BYTES)
             .map_err(|e| AnnotateError::Io { file: file.clone(), error: e.to_string() })?;
         let mut config = Config::parse(&text, &file)?;
         let folder = path.parent().unwrap_or(Path::new(""));

@@ -16,7 +16,7 @@
 
 use std::path::Path;
 
-use gestus_motion::files::{self, MOST_SETTINGS};
+use gestus_motion::files::{self, MAX_SETTINGS_BYTES};
 use serde::Deserialize;
 
 use super::{config::AnnotateError, pattern::Pattern};
@@ -53,7 +53,7 @@ impl Split {
     /// [`AnnotateError`], with the file's name.
     pub fn read(path: &Path) -> Result<Self, AnnotateError> {
         let file = path.display().to_string();
-        let text = files::read_text(path, MOST_SETTINGS)
+        let text = files::read_text(path, MAX_SETTINGS_BYTES)
             .map_err(|e| AnnotateError::Io { file: file.clone(), error: e.to_string() })?;
         Self::parse(&text, &file)
     }

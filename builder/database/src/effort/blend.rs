@@ -18,7 +18,7 @@ use crate::effort::{ALPHA, align::align, fragment::Fragment};
 use gestus_motion::body::row_at;
 
 /// Least step along the curve per frame of the output, so that extrapolated timing never runs backwards.
-const LEAST_STEP: f64 = 0.02;
+const MIN_STEP: f64 = 0.02;
 
 /// Two fragments that can be blended.
 #[derive(Debug, Clone)]
@@ -70,7 +70,7 @@ impl<'a> Pair<'a> {
             })
             .collect();
         for k in 1..count {
-            along[k] = along[k].max(along[k - 1] + LEAST_STEP).min(end);
+            along[k] = along[k].max(along[k - 1] + MIN_STEP).min(end);
         }
         along[count - 1] = end;
         along.into_iter().map(|n| [0, 1].map(|side| inverse(&self.meets[side], n.clamp(0.0, end)))).collect()

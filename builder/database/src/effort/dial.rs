@@ -27,7 +27,7 @@ const PENALTY: f64 = 2e-3;
 /// Steps of the projected gradient.
 const STEPS: usize = 600;
 /// Shortest axis.
-const SHORTEST: f64 = 0.05;
+const MIN_AXIS: f64 = 0.05;
 
 /// A solved dial.
 #[derive(Debug, Clone, PartialEq)]
@@ -136,7 +136,7 @@ impl Dial {
         let axes = std::array::from_fn(|k| {
             let (low, high) = extent(efforts.iter().map(|e| e[k]));
             // An axis along which no style differs still needs a length.
-            let margin = (0.5 * (SHORTEST - (high - low))).max(0.0);
+            let margin = (0.5 * (MIN_AXIS - (high - low))).max(0.0);
             (low - margin, high + margin)
         });
         let rest = styles.get(rest).copied().flatten().unwrap_or(efforts[0]);
@@ -181,7 +181,7 @@ impl Dial {
         let axes: [(f64, f64); 3] = std::array::from_fn(|k| {
             let part = |side: usize, nodes: usize| reaches[k][side].gain() / nodes.max(1) as f64;
             let (down, up) = (below[k], NODES - 1 - below[k]);
-            let least = SHORTEST / (NODES - 1) as f64;
+            let least = MIN_AXIS / (NODES - 1) as f64;
             let spacing = part(0, down).max(part(1, up)).max(least);
             (rest[k] - down as f64 * spacing, rest[k] + up as f64 * spacing)
         });

@@ -28,9 +28,9 @@ const REST_SPEED: f64 = 0.08;
 /// Shortest rest, seconds.
 const REST_S: f64 = 0.3;
 /// Shortest fragment, seconds.
-const SHORTEST_S: f64 = 0.4;
+const MIN_FRAGMENT_S: f64 = 0.4;
 /// Fewest frames of a cycle with a usable timing.
-pub const FEWEST: usize = 8;
+pub const MIN_FRAMES: usize = 8;
 
 /// A stretch of a clip.
 #[derive(Debug, Clone, PartialEq)]
@@ -231,10 +231,10 @@ impl Library {
     /// left out.
     fn cut(&self, rows: &[Vec<f64>], knots: usize, cycle: (usize, usize)) -> Vec<(usize, usize)> {
         let mut spans = vec![cycle];
-        if knots != GAIT_KNOTS && cycle.1 >= cycle.0 + FEWEST {
+        if knots != GAIT_KNOTS && cycle.1 >= cycle.0 + MIN_FRAMES {
             spans = at_rests(&self.body, rows, self.rate_hz, cycle);
         }
-        spans.retain(|(from, to)| *to >= from + FEWEST);
+        spans.retain(|(from, to)| *to >= from + MIN_FRAMES);
         spans
     }
 
@@ -295,7 +295,7 @@ fn at_rests(body: &Body, rows: &[Vec<f64>], rate_hz: f64, (from, to): (usize, us
         .collect();
     let speed = smooth(&raw, 0.05 * rate_hz);
     let fast = quantile(&sorted(speed.iter().copied()), 0.95).unwrap_or(0.0);
-    let (rest, shortest) = ((REST_S * rate_hz) as usize, (SHORTEST_S * rate_hz) as usize);
+    let (rest, shortest) = ((REST_S * rate_hz) as usize, (MIN_FRAGMENT_S * rate_hz) as usize);
     let mut cuts = vec![from];
     let mut t = from;
     while t < to {

@@ -18,7 +18,7 @@ use crate::effort::{
     Factors, NAMES, POLE,
     fragment::{Library, Span},
 };
-use gestus_motion::files::{self, FileError, MOST_SETTINGS};
+use gestus_motion::files::{self, FileError, MAX_SETTINGS_BYTES};
 
 /// A row of the table.
 #[derive(Debug, Clone, PartialEq)]
@@ -161,8 +161,8 @@ pub fn write(rows: &[Row], rate_hz: f64) -> String {
 /// [`LabelError`] names file, line and column.
 pub fn read(path: &Path, rate_hz: f64) -> Result<Vec<Row>, LabelError> {
     let file = path.display().to_string();
-    let text =
-        files::read(path, MOST_SETTINGS).map_err(|error| LabelError::Io { file: file.clone(), error })?;
+    let text = files::read(path, MAX_SETTINGS_BYTES)
+        .map_err(|error| LabelError::Io { file: file.clone(), error })?;
     parse(&text, &file, rate_hz)
 }
 

@@ -23,7 +23,7 @@ pub const BLENDS: usize = 105;
 /// Seed of the blends that are drawn by default.
 const SEED: u64 = 2006;
 /// Fewest labelled blends to learn from.
-pub const FEWEST: usize = 20;
+pub const MIN_BLENDS: usize = 20;
 
 /// A drawn blend: two fragments and α.
 pub type Draw = (usize, usize, f64);
@@ -144,8 +144,8 @@ impl Model {
                 Some(Example { first, second, alpha: *alpha, effort: row.effort? })
             })
             .collect();
-        if examples.len() < FEWEST {
-            return Err(few("blends", examples.len(), FEWEST));
+        if examples.len() < MIN_BLENDS {
+            return Err(few("blends", examples.len(), MIN_BLENDS));
         }
         Ok(Self::of(library, Source::Given, efforts, examples))
     }
@@ -158,7 +158,7 @@ impl Model {
         };
         // Without blends to learn from there is interpolation.
         let method =
-            if examples.len() < FEWEST { Method::LinearInterpolation } else { Method::PairKernelRidge };
+            if examples.len() < MIN_BLENDS { Method::LinearInterpolation } else { Method::PairKernelRidge };
         let learner = Learner::fit(method, &known, &examples);
         Self { library, source, known, examples, learner }
     }

@@ -21,7 +21,7 @@ use crate::effort::{
 };
 use gestus_motion::{
     clip::Clip,
-    files::{self, MOST_SETTINGS},
+    files::{self, MAX_SETTINGS_BYTES},
 };
 
 /// An output on the sheet.
@@ -99,8 +99,8 @@ pub fn write(rows: &[Row]) -> String {
 /// [`LabelError`] names file, line and column.
 pub fn read(path: &Path) -> Result<Vec<Row>, LabelError> {
     let file = path.display().to_string();
-    let text =
-        files::read(path, MOST_SETTINGS).map_err(|error| LabelError::Io { file: file.clone(), error })?;
+    let text = files::read(path, MAX_SETTINGS_BYTES)
+        .map_err(|error| LabelError::Io { file: file.clone(), error })?;
     parse(&text, &file)
 }
 

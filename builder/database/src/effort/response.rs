@@ -26,7 +26,7 @@ use crate::effort::{
     Factors, Source,
     dial::{Dial, Reach, nearest},
     estimate::{Estimator, held},
-    fragment::{FEWEST, Library},
+    fragment::{Library, MIN_FRAMES},
     model::Model,
     ridge::{self, Kernel, Machine, Tabled, gammas},
 };
@@ -42,9 +42,9 @@ use gestus_motion::{
 };
 
 /// Inputs, at most: one an action, then a second.
-const INPUTS: usize = 8;
+const MAX_INPUTS: usize = 8;
 /// Frames of an input, at most, in seconds.
-const LONGEST_S: f64 = 5.0;
+const MAX_INPUT_S: f64 = 5.0;
 /// Places on the line from the middle to an end.
 const PLACES: usize = 6;
 /// Weight of a factor that should not change, against 1 of the factor that should.
@@ -55,7 +55,7 @@ const UNEVEN: [f64; 2] = [2.0, 12.0];
 const LAG: f64 = 0.15;
 
 /// Fewest labelled fragments to learn people's ratings from: as many as a cross-validation has folds.
-pub const FEWEST_GIVEN: usize = ridge::FOLDS;
+pub const MIN_GIVEN: usize = ridge::FOLDS;
 
 /// Why no dial can be made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
@@ -98,16 +98,16 @@ impl<'a> Probe<'a> {
         let mut inputs: Vec<(Clip, usize)> = Vec::new();
         for round in 0..2 {
             for &action in &actions {
-                let long = |e: &&Example| e.action == action && e.clip.frames.len() >= FEWEST;
+                let long = |e: &&Example| e.action == action && e.clip.frames.len() >= MIN_FRAMES;
                 let mut own: Vec<_> = corpus.examples.iter().filter(long).collect();
                 // Clips of the style at rest first; the middle of them, for first and last takes are often odd ones.
                 own.sort_by_key(|e| (e.style != rest, e.clip.name.clone()));
                 let count = own.iter().filter(|e| e.style == rest).count().max(1);
                 if let Some(example) = own.get((count / 2 + round) % count).filter(|_| round < count)
-                    && inputs.len() < INPUTS.max(actions.len())
+                    && inputs.len() < MAX_INPUTS.max(actions.len())
                 {
                     let mut clip = example.clip.clone();
-                    clip.frames.truncate((LONGEST_S * clip.rate_hz) as usize);
+                    clip.frames.truncate((MAX_INPUT_S * clip.rate_hz) as usize);
                     inputs.push((clip, action));
                 }
             }
@@ -164,7 +164,7 @@ fn taste(model: &Model, estimator: &Estimator) -> Option<[Machine; 3]> {
             Some((z.to_vec(), *e))
         })
         .collect();
-    if seen.len() < FEWEST_GIVEN {
+    if seen.len() < MIN_GIVEN {
         return None;
     }
     let (z, efforts): (Vec<Vec<f64>>, Vec<Factors>) = seen.into_iter().unzip();
@@ -183,7 +183,7 @@ struct Sweep {
 
 /// Fits the dial of a database to measured outputs; `corpus` has its clips, `model` the labels, `rest` is the style of the
 /// clips that are streamed. The dial records whether it is made from labels or estimates: with labels of fewer than
-/// [`FEWEST_GIVEN`] fragments it is made from estimates. [`NoDial`] says why there is none.
+/// [`MIN_GIVEN`] fragments it is made from estimates. [`NoDial`] says why there is none.
 ///
 /// # Errors
 /// [`LandmarkError`] where the skeleton has no legs.

@@ -125,7 +125,7 @@ fn positions(
         Correspondence::Phase | Correspondence::Refined => {}
     }
     let last = (frames.len() - 1) as f64;
-    let count = frames.len().min(warp::MOST_FRAMES);
+    let count = frames.len().min(warp::MAX_FRAMES);
     let times = (0..count).map(|k| frames[0] as f64 + last * k as f64 / (count - 1) as f64);
     let u: Vec<Vec<f64>> = times.clone().map(|t| warp::shape(&row_at(input.dofs, t))).collect();
     let y: Vec<Vec<f64>> = times.map(|t| warp::shape(&row_at(rows, place(t)))).collect();
@@ -218,8 +218,8 @@ mod tests {
     /// Four times the frames a second, which are warped thinned, meet the same counterparts.
     #[test]
     fn frames_of_a_long_clip_meet_theirs_too() {
-        let full = aligned(warp::MOST_FRAMES - 1, 600.0, Correspondence::Phase);
-        let long = aligned(4 * warp::MOST_FRAMES - 5, 2400.0, Correspondence::Phase);
+        let full = aligned(warp::MAX_FRAMES - 1, 600.0, Correspondence::Phase);
+        let long = aligned(4 * warp::MAX_FRAMES - 5, 2400.0, Correspondence::Phase);
         let ([off, _], [off_long, time]) = (measured(&full), measured(&long));
         println!("off {off:.4} and {off_long:.4}");
         assert!(off_long < off + 0.005 && (time / 2723.0 - 1.0).abs() < 0.03, "{off_long}, {time}");

@@ -36,7 +36,7 @@ pub const CANDIDATES: [(Method, bool); 6] = [
 ];
 
 /// Joints of hips and two legs, the fewest of a body.
-const FEWEST_JOINTS: usize = 7;
+const MIN_JOINTS: usize = 7;
 
 /// What is wanted.
 #[derive(Debug, Clone, Copy)]
@@ -157,7 +157,7 @@ fn check_ram(wanted: &Wanted, [j, k, c]: [usize; 3]) -> Result<(), FitError> {
         needed: fit.ram_needed,
         have: fit.ram_bytes,
         code_runs_from_ram: part.flash_kib == 0,
-        most_joints: (FEWEST_JOINTS..j).rev().find(|&j| fits(j, c)),
+        most_joints: (MIN_JOINTS..j).rev().find(|&j| fits(j, c)),
         most_classes: (1..c).rev().find(|&c| fits(j, c)),
     })
 }

@@ -37,7 +37,7 @@ const STILL_M_S: f64 = 0.15;
 /// Heights that belong to one level of the floor, metres.
 pub const LEVEL_M: f64 = 0.04;
 /// Share of the frames in which feet have to stand on a floor.
-const LEAST_SHARE: f64 = 0.12;
+const MIN_SHARE: f64 = 0.12;
 /// Height of hips and knees above the floor that they lie on, metres.
 const LYING_M: f64 = 0.05;
 
@@ -180,7 +180,7 @@ fn heights(clip: &Clip, supports: &Supports) -> Heights {
     let low = |values: Vec<f64>| quantile(&sorted(values), 0.1);
     let near = |level: f64| still.iter().copied().filter(move |h| (h - level).abs() <= LEVEL_M * scale);
     // A single pose stands.
-    let enough = (LEAST_SHARE * soles.len() as f64).ceil() as usize;
+    let enough = (MIN_SHARE * soles.len() as f64).ceil() as usize;
     let stands = low(still.clone()).filter(|&level| near(level).count() >= enough).and_then(|level| {
         let level = sorted(near(level));
         quantile(&level, 0.5)

@@ -13,9 +13,9 @@ use gestus_motion::{
 };
 
 /// Shortest half cycle, seconds: a sprint has about 0.25.
-const SHORTEST_S: f64 = 0.16;
+const MIN_HALF_CYCLE_S: f64 = 0.16;
 /// Longest half cycle, seconds: slower is standing.
-const LONGEST_S: f64 = 1.6;
+const MAX_HALF_CYCLE_S: f64 = 1.6;
 
 /// A strike: an extreme of the distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,7 +32,7 @@ pub fn gait_cycles(clip: &Clip, landmarks: &Landmarks) -> Vec<Cycle> {
     strikes
         .windows(3)
         .filter(|w| w[0].left)
-        .filter(|w| w.windows(2).all(|p| p[1].at - p[0].at <= LONGEST_S * clip.rate_hz))
+        .filter(|w| w.windows(2).all(|p| p[1].at - p[0].at <= MAX_HALF_CYCLE_S * clip.rate_hz))
         .map(|w| Cycle { knots: w.iter().map(|s| s.at).collect() })
         .collect()
 }
@@ -77,7 +77,7 @@ fn strikes(signal: &[f64], rate_hz: f64) -> Vec<Strike> {
         let bend = a - 2.0 * b + c;
         let offset = if bend.abs() > 1e-12 { (0.5 * (a - c) / bend).clamp(-0.5, 0.5) } else { 0.0 };
         let strike = Strike { left, at: t as f64 + offset, value: b - 0.25 * (a - c) * offset };
-        insert(&mut found, strike, 0.3 * swing, SHORTEST_S * rate_hz);
+        insert(&mut found, strike, 0.3 * swing, MIN_HALF_CYCLE_S * rate_hz);
     }
     found
 }

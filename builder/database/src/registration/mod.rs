@@ -72,7 +72,7 @@ pub fn register(performances: Vec<Performance>) -> Result<(Corpus, Vec<Performan
             Kind::Whole if is_short(&p.clip) => Vec::new(),
             Kind::Whole => {
                 let reference = references.iter().find(|(action, _)| *action == p.action);
-                let whole = |r: usize| whole(&p.clip, &performances[r].clip, warp::MOST_FRAMES);
+                let whole = |r: usize| whole(&p.clip, &performances[r].clip, warp::MAX_FRAMES);
                 reference.map_or(Vec::new(), |(_, r)| vec![whole(*r)])
             }
         })
@@ -287,7 +287,7 @@ mod tests {
             knots.iter().enumerate().map(off).sum::<f64>() / knots.len() as f64
         };
         let full = measured(1000, usize::MAX);
-        let [thinned, long] = [1000, 3000].map(|frames| measured(frames, warp::MOST_FRAMES));
+        let [thinned, long] = [1000, 3000].map(|frames| measured(frames, warp::MAX_FRAMES));
         println!("1000 frames whole: {full:.5} off, thinned: {thinned:.5}; 3000: {long:.5}");
         assert!(full < 0.005 && thinned < full && long < full, "{full} {thinned} {long}");
     }

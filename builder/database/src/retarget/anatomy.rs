@@ -51,7 +51,7 @@ pub struct Anatomy {
 }
 
 /// Least mean bend of an elbow or knee that determines its axis: sine of 4 degrees.
-const LEAST_BEND: f64 = 0.07;
+const MIN_BEND: f64 = 0.07;
 
 /// Least cosine of the angle between the trunk and the way to the joint that a joint of the spine points to: 60 degrees.
 const UPWARDS: f64 = 0.5;
@@ -221,7 +221,7 @@ impl Measure<'_> {
         let hinges = [upper, lower].map(|j| self.seen(j, bend));
         // One pose bends its limbs sideways as well, and a known rest pose tells more.
         let alone = self.worlds.len() == 1 && self.zero.is_some();
-        let weak = alone || hinges.iter().any(|hinge| hinge.norm() < LEAST_BEND);
+        let weak = alone || hinges.iter().any(|hinge| hinge.norm() < MIN_BEND);
         for (joint, bone, hinge) in [(upper, upper_bone, hinges[0]), (lower, lower_bone, hinges[1])] {
             let hinge = if weak { self.rest_hinge(bone, limb) } else { Some(hinge) };
             let across = hinge.unwrap_or_else(|| any_across(&bone));

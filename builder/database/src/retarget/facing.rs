@@ -10,7 +10,7 @@ pub type Limb = [Option<usize>; 4];
 /// Least distance of toes from the line of the shin, or of knees and elbows from straight limbs, both sides together, over
 /// the length of the leg. Two knees bent by 9 degrees: straight ones are off by up to that, to any side (a standing body of
 /// bvhtools, to the back).
-const LEAST: [f64; 2] = [0.05, 0.08];
+const MIN_RATIOS: [f64; 2] = [0.05, 0.08];
 
 /// How surely the first of two legs is the left one: 1 certainly, -1 certainly the right one, 0 where nothing tells.
 /// `poses` are positions of all joints; `arms` may be empty.
@@ -40,7 +40,7 @@ fn left(p: &[Vector3<f64>], legs: [Limb; 2], arms: &[Limb]) -> Vector3<f64> {
         _ => Vector3::zeros(),
     };
     let feet: Vector3<f64> = legs.iter().map(toes).sum();
-    if feet.norm() > LEAST[0] * leg {
+    if feet.norm() > MIN_RATIOS[0] * leg {
         return feet;
     }
     // How far the middle joint is off the straight line, across it.
@@ -59,7 +59,7 @@ fn left(p: &[Vector3<f64>], legs: [Limb; 2], arms: &[Limb]) -> Vector3<f64> {
     let trunk = unit(middle(arms) - middle(&legs));
     let elbows: Vector3<f64> = arms.iter().map(|l| bend(l).1).sum();
     let bent = knees - trunk.cross(&elbows);
-    if bent.norm() > LEAST[1] * leg { bent } else { Vector3::zeros() }
+    if bent.norm() > MIN_RATIOS[1] * leg { bent } else { Vector3::zeros() }
 }
 
 #[cfg(test)]

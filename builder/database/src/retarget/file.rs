@@ -17,7 +17,7 @@ use thiserror::Error;
 use crate::retarget::{axis, parts::Part};
 use gestus_motion::{
     capture::Document,
-    files::{self, FileError, MOST_SETTINGS},
+    files::{self, FileError, MAX_SETTINGS_BYTES},
 };
 
 /// Heights of a floor that can be given, metres: as far as a clip can be from its origin.
@@ -95,7 +95,7 @@ impl MapFile {
     /// [`MapFileError`] names the file and what is wrong in it.
     pub fn read(path: &Path) -> Result<Self, MapFileError> {
         let file = path.display().to_string();
-        let text = files::read_text(path, MOST_SETTINGS)
+        let text = files::read_text(path, MAX_SETTINGS_BYTES)
             .map_err(|error| MapFileError::Read { file: file.clone(), error })?;
         Self::parse(&text, &file)
     }

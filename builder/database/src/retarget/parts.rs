@@ -129,12 +129,12 @@ impl Named<'_> {
 /// The families that know six parts of a skeleton or more, those that know most of them first, of equals the more common.
 pub fn families(joints: &[Named<'_>]) -> Vec<&'static Family> {
     /// Fewer are chance.
-    const FEWEST: usize = 6;
+    const MIN_KNOWN_PARTS: usize = 6;
     let known = |family: &&Family| {
         joints.iter().filter_map(|joint| joint.part_in(family)).collect::<BTreeSet<_>>().len()
     };
     let mut found: Vec<(usize, &Family)> = names().families.iter().map(|f| (known(&f), f)).collect();
-    found.retain(|(known, _)| *known >= FEWEST);
+    found.retain(|(known, _)| *known >= MIN_KNOWN_PARTS);
     found.sort_by_key(|(known, _)| std::cmp::Reverse(*known));
     found.into_iter().map(|(_, family)| family).collect()
 }

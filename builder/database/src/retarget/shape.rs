@@ -40,7 +40,7 @@ const LONG: f64 = 0.35;
 /// Least distance of the middles of two limbs, relative to their length: helpers of a bone lie beside it.
 const APART: f64 = 0.05;
 /// Most joints of a skeleton whose shape is looked at: time grows with their square.
-const MOST_JOINTS: usize = 1024;
+const MAX_JOINTS: usize = 1024;
 /// Least way of a body that goes somewhere, relative to its legs.
 const GOES: f64 = 0.5;
 
@@ -61,7 +61,7 @@ pub struct Shape {
 pub enum ShapeError {
     #[error("there is no pose to look at")]
     NoPose,
-    #[error("it has more than {MOST_JOINTS} joints, too many to look at")]
+    #[error("it has more than {MAX_JOINTS} joints, too many to look at")]
     Joints,
     #[error(
         "no joint carries two similar limbs of two bones each, as hips carry legs: legs of one bone have no knees to bend"
@@ -100,7 +100,7 @@ pub fn find(skeleton: &Skeleton, frames: &[Frame]) -> Result<Shape, ShapeError> 
     if frames.is_empty() {
         return Err(ShapeError::NoPose);
     }
-    if skeleton.joints() > MOST_JOINTS {
+    if skeleton.joints() > MAX_JOINTS {
         return Err(ShapeError::Joints);
     }
     let next = next(skeleton);

@@ -22,8 +22,8 @@ use thiserror::Error;
 
 use crate::retarget::parts::Part;
 use gestus_motion::{
-    files::{self, FileError, MOST_SETTINGS},
-    formats::urdf::MOST_RATE,
+    files::{self, FileError, MAX_SETTINGS_BYTES},
+    formats::urdf::MAX_RATE,
 };
 
 /// The file's content.
@@ -153,7 +153,7 @@ impl RobotMap {
     /// [`RobotMapError`] names the file and what is wrong in it.
     pub fn read(path: &Path) -> Result<Self, RobotMapError> {
         let file = path.display().to_string();
-        let text = files::read_text(path, MOST_SETTINGS)
+        let text = files::read_text(path, MAX_SETTINGS_BYTES)
             .map_err(|error| RobotMapError::Read { file: file.clone(), error })?;
         Self::parse(&text, &file)
     }
@@ -189,7 +189,7 @@ impl RobotMap {
             .into_iter()
             .chain(map.joints.iter().flat_map(of_joint));
         for (key, rate) in rates {
-            if let Some(bad) = rate.filter(|v| !(1e-3..=MOST_RATE).contains(v)) {
+            if let Some(bad) = rate.filter(|v| !(1e-3..=MAX_RATE).contains(v)) {
                 return fail(key, bad, "it is between 0.001 and 1,000,000");
             }
         }

@@ -4,7 +4,7 @@
 //! are found in that pose by the same rules as a skeleton's ([`crate::retarget::anatomy`]): Y along the bone, X along the
 //! axis of knee or elbow in the direction in which they bend.
 
-use gestus_core::robot::layout::MAX_CHAIN;
+use gestus_core::robot::layout::MAX_LIMB_HINGES;
 use gestus_motion::formats::urdf::Robot;
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 
@@ -152,7 +152,7 @@ pub(super) fn limbs(body: &Body, robot: &Robot, assignment: &Assignment, links: 
         };
         let (first, last) = (upper.hinges[0], lower.hinges[lower.hinges.len() - 1]);
         let chained = (first + 1..=last).all(|h| robot.hinges[h].parent == Some(h - 1));
-        if !chained || last - first >= MAX_CHAIN {
+        if !chained || last - first >= MAX_LIMB_HINGES {
             continue;
         }
         let tip = links.tips[&chain[2]];

@@ -23,7 +23,7 @@ use crate::robot::{
     links::{Limb, Links, limbs},
     stand::Stand,
 };
-use gestus_motion::formats::urdf::{MOST_RATE, Robot};
+use gestus_motion::formats::urdf::{MAX_RATE, Robot};
 
 /// A robot that can't be driven.
 #[derive(Debug, Error)]
@@ -219,12 +219,12 @@ impl Machine {
             .and_then(|o| o.acceleration)
             .or(record.acceleration)
             .or(map.acceleration)
-            .unwrap_or((20.0 * velocity).min(MOST_RATE));
+            .unwrap_or((20.0 * velocity).min(MAX_RATE));
         let jerk = own
             .and_then(|o| o.jerk)
             .or(record.jerk)
             .or(map.jerk)
-            .unwrap_or((40.0 * acceleration).min(MOST_RATE));
+            .unwrap_or((40.0 * acceleration).min(MAX_RATE));
         let at = grow(bytes, hinge::LENGTH);
         bytes[at + hinge::PARENT] = record.parent.map_or(layout::BASE, |p| p as u8);
         set(bytes, at, hinge::OFFSET, record.origin.translation.vector.as_slice());

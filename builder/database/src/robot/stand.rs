@@ -27,7 +27,7 @@ use crate::{
 };
 
 /// Highest that an ankle may be above its sole, in lengths of the leg.
-const HIGHEST: f64 = 0.4;
+const MAX_SOLE_RATIO: f64 = 0.4;
 
 /// What it takes to place the base.
 #[derive(Debug, Clone)]
@@ -69,7 +69,7 @@ impl Stand {
         let base = body.anatomy.frame(0).unwrap_or_else(UnitQuaternion::identity) * axes.inverse();
         let guess = scale * body.anatomy.ankle_m.max(0.0);
         let found = sole(robot, assignment, links, &(axes * -Vector3::y()))
-            .filter(|sole_m| (0.0..=HIGHEST * scale * body.anatomy.leg_m).contains(sole_m));
+            .filter(|sole_m| (0.0..=MAX_SOLE_RATIO * scale * body.anatomy.leg_m).contains(sole_m));
         let ankle_m = map.ankle_m.or(found).unwrap_or(guess);
         let doubt = (map.ankle_m.is_none() && found.is_none() && !legs.is_empty()).then(|| {
             format!(

@@ -11,7 +11,7 @@ const STARTS: usize = 200;
 /// Part of the falls that is faster than what is stored.
 const FASTER: f64 = 0.005;
 /// Fewest falls that tell.
-const FEWEST: usize = 400;
+const MIN_FALLS: usize = 400;
 
 /// Part of a class's mean squared distance that is left after 1, 2, ... frames, but for the fastest of the classes that
 /// have no weight. Every class is searched exhaustively from frames spread evenly over the clips, without the frames of the
@@ -51,7 +51,7 @@ pub fn falls(clips: &[(usize, usize)], classes: &[(usize, ClassFeatures<'_>)]) -
     std::array::from_fn(|i| {
         let mut falls: Vec<f32> = samples.iter().flat_map(|sample| sample[i].iter().copied()).collect();
         falls.sort_unstable_by(f32::total_cmp);
-        let fall = if falls.len() < FEWEST { 0.0 } else { falls[(FASTER * falls.len() as f64) as usize] };
+        let fall = if falls.len() < MIN_FALLS { 0.0 } else { falls[(FASTER * falls.len() as f64) as usize] };
         // Never more after more frames.
         least = least.min(fall);
         least

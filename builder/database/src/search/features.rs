@@ -155,7 +155,7 @@ impl FeatureSpace {
         let parts: Vec<f64> = self
             .components
             .iter()
-            .map(|c| c.iter().fold(1e-9, |most: f64, v| most.max(v.abs())) / f64::from(query::MOST_COMPONENT))
+            .map(|c| c.iter().fold(1e-9, |most: f64, v| most.max(v.abs())) / f64::from(query::MAX_COMPONENT))
             .collect();
         put(self.unit);
         self.scales.iter().copied().for_each(&mut put);

@@ -17,7 +17,7 @@ const STEP_M: f64 = 100.0;
 /// Grain of a file that is worth a warning, metres.
 const COARSE_M: f64 = 0.001;
 /// Second differences that show a grain, and how near each is to a multiple of the least, in it.
-const FEWEST: usize = 2;
+const MIN_BENDS: usize = 2;
 const MULTIPLE: f64 = 0.02;
 /// Differences that are rounding, relative to the distance from the origin.
 const ROUNDING: f64 = 1e-14;
@@ -100,7 +100,7 @@ fn grain(clip: &Clip, axis: usize) -> f64 {
     let least = bends.iter().copied().fold(f64::INFINITY, f64::min);
     // A path of straight lines has few bends too, of any size.
     let is_multiple = |bend: &f64| (bend / least - (bend / least).round()).abs() < MULTIPLE;
-    if bends.len() < FEWEST || !bends.iter().all(is_multiple) { 0.0 } else { least }
+    if bends.len() < MIN_BENDS || !bends.iter().all(is_multiple) { 0.0 } else { least }
 }
 
 #[cfg(test)]

@@ -27,20 +27,20 @@ const MAX_GAP_M: f64 = 0.06;
 /// Distance below which two poses count as the same, metres.
 const SAME_POSE_M: f64 = 0.01;
 /// Greatest turn of a whole clip that is removed, radians. A clip that turns further keeps turning.
-const MAX_REMOVED_TURN: f64 = 0.26;
+const MAX_REMOVED_TURN_RAD: f64 = 0.26;
 /// Weight of a turn in the search of a loop: metres of distance for a radian.
 const TURN_WEIGHT_M: f64 = 0.1;
 /// Penalty of a very short loop relative to the whole clip in the search, metres of distance.
 const LENGTH_WEIGHT_M: f64 = 0.03;
 /// How far the body has to move between the ends of a loop, relative to the mean distance of any two poses of the clip:
 /// a pose that is held does not come back.
-const LEAST_MOVED: f64 = 0.5;
+const MIN_MOVED_RATIO: f64 = 0.5;
 /// Greatest gap between the ends relative to that: a slow body that is still near its first pose has not come back.
-const MOST_LEFT: f64 = 0.5;
+const MAX_GAP_RATIO: f64 = 0.5;
 /// Shortest loop, seconds.
-const SHORTEST_S: f64 = 0.3;
+const MIN_LOOP_S: f64 = 0.3;
 /// Greatest number of poses of a clip that are compared with one another.
-const MAX_COMPARED: usize = 240;
+const MAX_COMPARED_POSES: usize = 240;
 /// Time that a stream takes to settle, seconds.
 const SETTLE_S: f64 = 4.0;
 
@@ -48,7 +48,7 @@ const SETTLE_S: f64 = 4.0;
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum LoopError {
     /// Too few frames.
-    #[error("--loop: the clip is {seconds:.2} s long, a loop takes {SHORTEST_S} s at least")]
+    #[error("--loop: the clip is {seconds:.2} s long, a loop takes {MIN_LOOP_S} s at least")]
     Short {
         /// Length of the clip.
         seconds: f64,
@@ -121,7 +121,7 @@ impl Round {
     /// [`LoopError`] if no pose recurs.
     pub fn find(clip: &Clip, body: &Body) -> Result<Self, LoopError> {
         let count = clip.frames.len();
-        let least = ((SHORTEST_S * clip.rate_hz).ceil() as usize).max(3);
+        let least = ((MIN_LOOP_S * clip.rate_hz).ceil() as usize).max(3);
         if count <= least {
             return Err(LoopError::Short { seconds: clip.duration_s() });
         }
@@ -134,15 +134,15 @@ impl Round {
         let step = quantile(&steps, 0.5).unwrap_or(0.0);
         let ends = gap(0, last);
         if ends < SAME_POSE_M.max(0.5 * step) {
-            let straight = turn(0, last) < MAX_REMOVED_TURN;
+            let straight = turn(0, last) < MAX_REMOVED_TURN_RAD;
             return Ok(Self { start: 0, period: last, open: false, straight, gap_cm: 100.0 * ends });
         }
         // The clip ends one frame before the first pose recurs.
         if ends < (2.0 * step).min(MAX_GAP_M) && gap(0, last - 1) > ends && gap(1, last) > ends {
-            let straight = turn(0, last) < MAX_REMOVED_TURN;
+            let straight = turn(0, last) < MAX_REMOVED_TURN_RAD;
             return Ok(Self { start: 0, period: count, open: true, straight, gap_cm: 0.0 });
         }
-        let stride = count.div_ceil(MAX_COMPARED);
+        let stride = count.div_ceil(MAX_COMPARED_POSES);
         let compared = || (0..count).step_by(stride);
         let pairs = compared().flat_map(|a| compared().map(move |b| (a, b)));
         let spread = pairs.map(|(a, b)| gap(a, b)).sum::<f64>() / (compared().count() as f64).powi(2);
@@ -153,7 +153,7 @@ impl Round {
             for end in (start + least..last).step_by(stride) {
                 let left = gap(start, end);
                 moved = moved.max(left);
-                if moved < LEAST_MOVED * spread || left > MOST_LEFT * moved {
+                if moved < MIN_MOVED_RATIO * spread || left > MAX_GAP_RATIO * moved {
                     continue;
                 }
                 // Compares poses and velocities.

@@ -63,7 +63,7 @@ impl OnClips for Args {
         let wanted = |name: &str| self.parameters.is_empty() || self.parameters.iter().any(|p| p == name);
         variants.retain(|v| v.parameter == "default" || wanted(v.parameter));
         let same = |a: &Variant, b: &Variant| a.every == b.every && a.build == b.build;
-        let bar = progress::bar(variants.chunk_by(same).count() * experiment.most_folds(), "ablation");
+        let bar = progress::bar(variants.chunk_by(same).count() * experiment.max_folds(), "ablation");
         let mut rows: Vec<table::Row> = Vec::new();
         let mut said: Vec<String> = Vec::new();
         for group in variants.chunk_by(same) {

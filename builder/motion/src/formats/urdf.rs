@@ -24,7 +24,7 @@ use shape::{isometry, shapes};
 pub const TOY: &str = include_str!("../../assets/toy.urdf");
 
 /// Greatest rate of a hinge, in rad/s and its derivatives.
-pub const MOST_RATE: f64 = 1e6;
+pub const MAX_RATE: f64 = 1e6;
 
 /// Largest file, bytes.
 pub const MAX_BYTES: usize = 4 << 20;
@@ -33,7 +33,7 @@ pub const MAX_DEPTH: usize = 24;
 /// Most elements: those of a robot of [`MAX_JOINTS`] with several shapes a link are a tenth of it.
 const MAX_ELEMENTS: usize = 1 << 16;
 /// Longest tag with its attributes, bytes: they are compared with each other.
-const MAX_TAG: usize = 16 << 10;
+const MAX_TAG_BYTES: usize = 16 << 10;
 /// Most joints.
 pub const MAX_JOINTS: usize = 512;
 
@@ -108,7 +108,7 @@ pub enum UrdfError {
     Depth { file: String, line: usize },
     #[error("{file}, line {line}: a tag, comment or instruction has no end")]
     Open { file: String, line: usize },
-    #[error("{file}, line {line}: a tag of more than {MAX_TAG} bytes")]
+    #[error("{file}, line {line}: a tag of more than {MAX_TAG_BYTES} bytes")]
     Tag { file: String, line: usize },
     #[error(
         "{file}: more than {MAX_ELEMENTS} elements, which no robot has: leave out what is not of the robot"
@@ -212,7 +212,7 @@ fn guard(text: &str, file: &str) -> Result<String, UrdfError> {
             if elements > MAX_ELEMENTS {
                 return Err(UrdfError::Elements { file: file() });
             }
-            if markup.len() > MAX_TAG {
+            if markup.len() > MAX_TAG_BYTES {
                 return Err(UrdfError::Tag { file: file(), line: line() });
             }
         }
@@ -364,7 +364,7 @@ fn hinge(
         ));
     }
     // Numbers that stand for no limit are beyond what tables can hold. Infinite is what the file does not say.
-    let rate = |v: f64| Some(v).filter(|v| v.is_finite() && *v > 1e-3).map(|v| v.min(MOST_RATE));
+    let rate = |v: f64| Some(v).filter(|v| v.is_finite() && *v > 1e-3).map(|v| v.min(MAX_RATE));
     Ok(Some(Hinge {
         name: joint.name.clone(),
         link: joint.child.link.clone(),

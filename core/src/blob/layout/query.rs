@@ -15,9 +15,9 @@ pub const UNIT: usize = 0;
 /// Where the feature scales start.
 pub const SCALES: usize = 4;
 /// Largest number of a component.
-pub const MOST_COMPONENT: u16 = 1 << 14;
+pub const MAX_COMPONENT: u16 = 1 << 14;
 /// Most that the alignment weights of all joints sum up to over a window.
-pub const MOST_WEIGHT: usize = u16::MAX as usize;
+pub const MAX_WEIGHT_SUM: usize = u16::MAX as usize;
 
 /// Where the steps of the components' sums start.
 pub const fn steps(features: usize) -> usize {

@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// Most frames, rows, cycles or clips: products with record lengths stay far below 2^32.
-const MOST_RECORDS: usize = 1 << 22;
+const MAX_RECORDS: usize = 1 << 22;
 
 /// Reads and checks the counts of a blob that is as long as a header.
 #[inline(never)]
@@ -62,12 +62,12 @@ pub(super) fn counts(bytes: &[u8]) -> Result<Counts, BlobError> {
         (c.actions, 1, MAX_ACTIONS),
         (c.classes, least, c.styles * c.actions),
         (c.groups, 1, MAX_GROUPS),
-        (c.frames, least, MOST_RECORDS),
-        (c.rows, c.frames, MOST_RECORDS),
+        (c.frames, least, MAX_RECORDS),
+        (c.rows, c.frames, MAX_RECORDS),
         (block_rows, 1, 64),
         (c.timing, least, MAX_TIMING),
         (c.cycles, least, usize::from(NONE) - 1),
-        (c.clips, least, MOST_RECORDS),
+        (c.clips, least, MAX_RECORDS),
         (has_rate, 1, 1),
     ];
     match limits.iter().position(|(count, least, most)| !(least..=most).contains(&count)) {

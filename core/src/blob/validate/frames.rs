@@ -10,7 +10,7 @@ use crate::{
         layout::{DEGREE, ENTRIES, NONE, block, class, cycle, distances, flag, section, timing, trust},
         read::{Record, u16_at, u32_at},
     },
-    search::metric::MOST_NORM2,
+    search::metric::MAX_NORM2,
 };
 
 #[inline]
@@ -243,7 +243,7 @@ pub(super) fn distances(db: &Database<'_>, bytes: &[u8]) -> Checked {
 // Not inlined: the shells of `open` are compiled with the program, often for size.
 #[inline(never)]
 fn beyond(norms: &[[u8; 4]]) -> Option<usize> {
-    let is_beyond = |norm: &[u8; 4]| u32::from_le_bytes(*norm) > MOST_NORM2;
+    let is_beyond = |norm: &[u8; 4]| u32::from_le_bytes(*norm) > MAX_NORM2;
     // Four at a time, because the images that the budgets are for do not unroll a loop as long as this.
     let fours = norms.as_chunks::<4>().0.iter();
     let fit = 4 * fours.take_while(|four| !four.iter().any(is_beyond)).count();
@@ -321,11 +321,11 @@ mod tests {
     #[test]
     fn the_first_norm_beyond_the_most_is_told() {
         for length in 0..11 {
-            let norms = [MOST_NORM2.to_le_bytes(); 11];
+            let norms = [MAX_NORM2.to_le_bytes(); 11];
             assert_eq!(beyond(&norms[..length]), None);
             for at in 0..length {
                 let mut norms = norms;
-                norms[at] = (MOST_NORM2 + 1).to_le_bytes();
+                norms[at] = (MAX_NORM2 + 1).to_le_bytes();
                 assert_eq!(beyond(&norms[..length]), Some(at));
             }
         }

@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// Most of a time, a speed or a value of a dof.
-const MOST: f32 = 1e3;
+const MAX_VALUE: f32 = 1e3;
 
 #[inline]
 pub(super) fn tables_by_phase(db: &Database<'_>, bytes: &[u8]) -> Checked {
@@ -29,10 +29,11 @@ pub(super) fn tables_by_phase(db: &Database<'_>, bytes: &[u8]) -> Checked {
     check(id, 0, bytes.len() >= db.phase_classes_at() + c.classes * tables::LENGTH)?;
     let count = (dofs_at - phase::HEADER) / 4;
     check(id, 0, in_range(db.whitening().take_first(count), 1e6))?;
-    check(id, 0, in_range(db.slope_steps().into_iter(), MOST))?;
+    check(id, 0, in_range(db.slope_steps().into_iter(), MAX_VALUE))?;
     for (d, scale) in db.phase_dofs().enumerate() {
-        let is_code = (1e-6..=MOST).contains(&scale.step) && abs(scale.step * scale.inverse - 1.0) < 1e-3;
-        check(id, d, in_range([scale.centre].into_iter(), MOST) && is_code)?;
+        let is_code =
+            (1e-6..=MAX_VALUE).contains(&scale.step) && abs(scale.step * scale.inverse - 1.0) < 1e-3;
+        check(id, d, in_range([scale.centre].into_iter(), MAX_VALUE) && is_code)?;
     }
     let mut next = db.phase_classes_at() + c.classes * tables::LENGTH;
     for class in 0..c.classes {
@@ -47,8 +48,8 @@ pub(super) fn tables_by_phase(db: &Database<'_>, bytes: &[u8]) -> Checked {
         let seconds = found.seconds.into_iter().chain(found.output_seconds);
         let numbers = (0.0..=2.0).contains(&found.gain)
             && (1e-6..=1e9).contains(&found.far)
-            && in_range(found.drift.into_iter(), MOST)
-            && seconds.into_iter().all(|s| (1e-3..=MOST).contains(&s));
+            && in_range(found.drift.into_iter(), MAX_VALUE)
+            && seconds.into_iter().all(|s| (1e-3..=MAX_VALUE).contains(&s));
         check(id, class, numbers)?;
         next += found.parts().end;
         check(id, class, next <= bytes.len())?;

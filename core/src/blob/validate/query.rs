@@ -20,7 +20,7 @@ pub(super) fn query_section(db: &Database<'_>) -> Checked {
     let weights = query::weights(c.window, c.joints, c.features)..groups;
     let weights = db.required.query.get(weights).unwrap_or(&[]);
     let weight = c.window * weights.iter().map(|&w| usize::from(w)).sum::<usize>();
-    check(section::QUERY, 0, (1..=query::MOST_WEIGHT).contains(&weight))?;
+    check(section::QUERY, 0, (1..=query::MAX_WEIGHT_SUM).contains(&weight))?;
     for f in 0..c.features {
         let numbers_fit =
             [db.feature_scale(f), db.component_step(f)].iter().all(|n| (1e-9..=1e6).contains(n));
@@ -32,7 +32,7 @@ pub(super) fn query_section(db: &Database<'_>) -> Checked {
     for (i, number) in
         db.required.query.get(components..).unwrap_or(&[]).as_chunks::<2>().0.iter().enumerate()
     {
-        let fits = i16::from_le_bytes(*number).unsigned_abs() <= query::MOST_COMPONENT;
+        let fits = i16::from_le_bytes(*number).unsigned_abs() <= query::MAX_COMPONENT;
         check(section::QUERY, components / 2 + i, fits)?;
     }
     Ok(())

@@ -28,7 +28,7 @@ use crate::{
 /// Fixed-point steps of the query in one step of a knot.
 const FINE: i32 = 8;
 /// The query is clamped to this many steps of a knot, so that no sum overflows.
-const MOST_STEPS: f32 = 255.0;
+const MAX_QUERY_STEPS: f32 = 255.0;
 /// Error of the tracked phase beyond which the projected phase replaces it.
 const MAX_PHASE_ERROR: f32 = 0.15;
 /// Error beyond which the body counts as elsewhere in its cycle: its legs are exchanged rather than out of step.
@@ -43,7 +43,7 @@ pub(super) const MAX_EXPECTED_KNOTS: usize = 2 * NEAR_KNOTS[1] as usize + 1;
 /// How much nearer another part of a whole clip has to be to replace the one that is expected, whitened square units.
 const MIN_JUMP: f32 = 48.0;
 /// Greatest rate of a cycle, 1/s.
-const MOST_RATE_HZ: f32 = 2.4;
+const MAX_RATE_HZ: f32 = 2.4;
 /// Frame rate at which the gains of the filter were chosen.
 const GAINS_HZ: f32 = 30.0;
 
@@ -96,7 +96,7 @@ impl WhitenedQuery {
             query.used.get_mut(range.clone()).unwrap_or(&mut []).fill(1);
             for code in query.codes.get_mut(range).unwrap_or(&mut []) {
                 let value = whitening.take_first(count).product(group_features) * inverse;
-                let most = MOST_STEPS * FINE as f32;
+                let most = MAX_QUERY_STEPS * FINE as f32;
                 let value = clamp(value, -most, most);
                 // To the nearest: the cast truncates.
                 *code = (value + if value < 0.0 { -0.5 } else { 0.5 }) as i16;
@@ -206,7 +206,7 @@ impl Track {
     /// A track that begins at a phase, at the class's mean pace.
     pub fn begin(tables: &PhaseTables<'_>, phase: f32, rate_hz: f32) -> Self {
         let seconds = tables.seconds[0] + tables.seconds[1];
-        Self { phase, rate: clamp(1.0 / (seconds * rate_hz), 0.0, MOST_RATE_HZ / rate_hz) }
+        Self { phase, rate: clamp(1.0 / (seconds * rate_hz), 0.0, MAX_RATE_HZ / rate_hz) }
     }
 
     /// The knots of a whole clip at which the body is expected in the next frame; `None` for a cycle, which has no repetitions.
@@ -251,7 +251,7 @@ impl Track {
             self.phase = phase;
         } else {
             self.phase = wrap(expected + 0.5 * frames * error);
-            self.rate = clamp(self.rate + 0.05 * frames * error, 0.0, MOST_RATE_HZ / rate_hz);
+            self.rate = clamp(self.rate + 0.05 * frames * error, 0.0, MAX_RATE_HZ / rate_hz);
         }
         tables.is_cyclic && abs(error) > JUMP_ERROR
     }

@@ -16,7 +16,7 @@ const SETTLE_S: f32 = 0.08;
 /// Greatest speed of that approach, m/s.
 const SETTLE_SPEED: f32 = 0.25;
 /// Part of its length to which the lock may stretch a leg.
-const MAX_STRETCH: f32 = 0.995;
+const MAX_STRETCH_RATIO: f32 = 0.995;
 /// How far a foot may sink below the height at which it stands, metres: toes bend, soles are soft.
 const MAX_SINK_M: f32 = 0.01;
 /// Depth below the floor from which a foot neither stands nor is lifted, metres: the body is elsewhere.
@@ -302,7 +302,7 @@ pub(super) fn lower_of(over: [f32; 2]) -> f32 {
 /// that it has already.
 #[inline(never)]
 pub(super) fn reach(chain: &Chain) -> f32 {
-    let (most, is) = (MAX_STRETCH * chain.length(), norm(subtract(chain.ankle, chain.hip)));
+    let (most, is) = (MAX_STRETCH_RATIO * chain.length(), norm(subtract(chain.ankle, chain.hip)));
     if most > is { most } else { is }
 }
 

@@ -109,7 +109,7 @@ fn measured_ways_are_the_lines_through_the_rest() {
     // Six nodes below for 0.9, two above for 0.3: 0.15 each. Eight above for 2.
     assert!((dial.axes[0].0 + 0.4).abs() < 1e-9 && (dial.axes[0].1 - 0.8).abs() < 1e-9, "{:?}", dial.axes);
     assert_eq!(dial.axes[1], (0.5, 2.5));
-    assert!((dial.axes[2].1 - dial.axes[2].0 - SHORTEST).abs() < 1e-9);
+    assert!((dial.axes[2].1 - dial.axes[2].0 - MIN_AXIS).abs() < 1e-9);
     let node = |f: usize, w: usize, t: usize| (f * NODES + w) * NODES + t;
     let rest = node(6, 0, 4);
     assert!(dial.table[rest].iter().all(|&b| b == 85), "{:?}", dial.table[rest]);

@@ -62,13 +62,13 @@ fn a_clip_that_is_too_short_costs_no_dial() {
     assert_eq!(inputs(&corpus), (2, 2));
     let short = neutral(&corpus);
     // Angry walks are quicker: of as many frames as can be judged fewer come out.
-    cut(&mut corpus, short[0], FEWEST);
+    cut(&mut corpus, short[0], MIN_FRAMES);
     assert_eq!(inputs(&corpus), (2, 1));
     assert!(solve(&database, &corpus, &model, 0).unwrap().is_ok());
-    cut(&mut corpus, short[0], FEWEST - 1);
+    cut(&mut corpus, short[0], MIN_FRAMES - 1);
     assert_eq!(inputs(&corpus), (1, 1));
     assert!(solve(&database, &corpus, &model, 0).unwrap().is_ok());
-    (0..corpus.examples.len()).for_each(|i| cut(&mut corpus, i, FEWEST - 1));
+    (0..corpus.examples.len()).for_each(|i| cut(&mut corpus, i, MIN_FRAMES - 1));
     assert_eq!(solve(&database, &corpus, &model, 0).unwrap(), Err(NoDial::Short));
 }
 
@@ -89,8 +89,8 @@ fn a_dial_of_estimates_is_not_called_given() {
         assert_eq!((model.source, model.library.fragments.len()), (Source::Given, fragments));
         solve(&database, &corpus, &model, 0).unwrap().unwrap().source
     };
-    assert_eq!(source(FEWEST_GIVEN - 1), Source::Estimated);
-    assert_eq!(source(FEWEST_GIVEN), Source::Given);
+    assert_eq!(source(MIN_GIVEN - 1), Source::Estimated);
+    assert_eq!(source(MIN_GIVEN), Source::Given);
 }
 
 #[test]

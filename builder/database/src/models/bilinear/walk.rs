@@ -12,7 +12,7 @@ use super::{Bilinear, error::BilinearError};
 /// Positions tried between two known speeds.
 const TRIED: usize = 20;
 /// The most by which steps are made quicker, or slower.
-const MOST_CADENCE: f64 = 2.0;
+const MAX_CADENCE_RATIO: f64 = 2.0;
 
 /// One cycle of a walk, whose end meets its start.
 #[derive(Debug, Clone)]
@@ -111,12 +111,12 @@ impl Bilinear {
         let nearest = tried.iter().copied().min_by(|a, b| distance(a).total_cmp(&distance(b)));
         let (position, walked) = found.or(nearest).unwrap_or((0.0, speed));
         let cadence = speed / walked.max(1e-6);
-        if !(1.0 / MOST_CADENCE..=MOST_CADENCE).contains(&cadence) {
+        if !(1.0 / MAX_CADENCE_RATIO..=MAX_CADENCE_RATIO).contains(&cadence) {
             let speeds = || tried.iter().map(|t| t.1.max(0.0));
             return Err(BilinearError::Speed {
                 speed_m_s: speed,
-                slowest: speeds().fold(f64::INFINITY, f64::min) / MOST_CADENCE,
-                fastest: speeds().fold(0.0, f64::max) * MOST_CADENCE,
+                slowest: speeds().fold(f64::INFINITY, f64::min) / MAX_CADENCE_RATIO,
+                fastest: speeds().fold(0.0, f64::max) * MAX_CADENCE_RATIO,
             });
         }
         Ok(self.at(weights, position).at_cadence(cadence))

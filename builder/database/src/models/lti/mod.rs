@@ -23,7 +23,7 @@ use gestus_motion::statistics::moments;
 use n4sid::{Signal, System};
 
 /// Least standard deviation for normalisation, radians, metres, and their rates; for angles of the input it is [`STILL`].
-const LEAST: f64 = 1e-3;
+const MIN_DEVIATION: f64 = 1e-3;
 /// Frames at the start of a stretch that are excluded because the state has not settled.
 const UNSETTLED_S: f64 = 0.4;
 
@@ -107,7 +107,7 @@ pub fn estimate(
     let column = |d: usize| stretches.iter().flat_map(move |s| s.inputs.iter().map(move |r| r[d]));
     let output = |d: usize| stretches.iter().flat_map(move |s| s.outputs.iter().map(move |r| r[d]));
     let inputs: Vec<(f64, f64)> = (0..dofs).map(|d| moments(column(d), least(d))).collect();
-    let outputs: Vec<(f64, f64)> = (0..=dofs).map(|d| moments(output(d), LEAST)).collect();
+    let outputs: Vec<(f64, f64)> = (0..=dofs).map(|d| moments(output(d), MIN_DEVIATION)).collect();
     let settled = (UNSETTLED_S * rate_hz) as usize;
     let found: Vec<(Unit, Vec<DMatrix<f64>>)> = units(dofs)
         .into_par_iter()
@@ -158,7 +158,7 @@ pub fn estimate(
 /// 1.1 rad with 0.05.
 fn least(dof: usize) -> f64 {
     let is_angle = dof != dof::HEIGHT && !(dof::FORWARD..dof::JOINTS).contains(&dof);
-    if is_angle { STILL } else { LEAST }
+    if is_angle { STILL } else { MIN_DEVIATION }
 }
 
 /// Some dofs of rows, normalised. Shape `[dofs x frames]`.

@@ -7,9 +7,9 @@ use crate::models::numbers::floats;
 
 /// Least step of a dof, m, rad, m/s or rad/s. A finer one is not visible, and would take a pose that is far from the tables
 /// beyond the integers of the core.
-const LEAST_STEP: f64 = 1e-3;
+const MIN_STEP: f64 = 1e-3;
 /// Most steps of a dof for one step of its slope: the core holds the slopes to a change by four times its inverse.
-const MOST_SLOPE_STEP: f64 = 1.0;
+const MAX_SLOPE_STEP: f64 = 1.0;
 
 /// Codes of a dof.
 struct Scale {
@@ -51,14 +51,14 @@ fn narrow(value: f64) -> f64 {
 fn scale(classes: &[ClassTables], d: usize) -> Scale {
     let values = || classes.iter().flat_map(|c| c.input.iter().chain(&c.output)).map(|row| row[d]);
     let (low, high) = values().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)));
-    Scale { centre: narrow((low + high) / 2.0), step: narrow(((high - low) / 254.0).max(LEAST_STEP)) }
+    Scale { centre: narrow((low + high) / 2.0), step: narrow(((high - low) / 254.0).max(MIN_STEP)) }
 }
 
 /// Steps of a dof for one step of its slope with speed, or with yaw rate.
 fn slope_step(classes: &[ClassTables], scales: &[Scale], k: usize) -> f64 {
     let rows = classes.iter().flat_map(|c| &c.slopes);
     let steps = rows.flat_map(|row| row.iter().zip(scales).map(|(b, s)| (b[k] / s.step).abs()));
-    narrow((steps.fold(1e-6, f64::max) / 127.0).min(MOST_SLOPE_STEP))
+    narrow((steps.fold(1e-6, f64::max) / 127.0).min(MAX_SLOPE_STEP))
 }
 
 fn record(class: &ClassTables, offset: usize) -> [u8; tables::LENGTH] {

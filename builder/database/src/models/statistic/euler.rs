@@ -10,7 +10,7 @@ use gestus_motion::{
     statistics::moments,
 };
 
-use crate::models::{numbers::narrow, statistic::mean::MOST_SCALE};
+use crate::models::{numbers::narrow, statistic::mean::MAX_SCALE};
 
 const ORDER: [usize; 3] = [2, 0, 1];
 
@@ -20,7 +20,7 @@ pub fn moved(from: &[Quaternion], to: &[Quaternion]) -> Vec<Quaternion> {
     let scaled: [Vec<f64>; 3] = [0, 1, 2].map(|k| {
         let (mean, deviation) = moments(source.iter().map(|a| a[k]), 1e-3);
         let (to_mean, to_deviation) = moments(reference.iter().map(|a| a[k]), 1e-3);
-        let scale = (to_deviation / deviation).min(f64::from(MOST_SCALE));
+        let scale = (to_deviation / deviation).min(f64::from(MAX_SCALE));
         source.iter().map(|a| to_mean + scale * (a[k] - mean)).collect()
     });
     (0..from.len())

@@ -20,10 +20,10 @@ pub struct Spread {
 }
 
 /// Least standard deviation of a joint, radians: less is noise.
-pub const LEAST: f32 = 1e-3;
+pub const MIN_DEVIATION: f32 = 1e-3;
 
 /// Greatest factor of a standard deviation, as in the core.
-pub const MOST_SCALE: f32 = 4.0;
+pub const MAX_SCALE: f32 = 4.0;
 
 /// The recursive mean of rotations; identity if there are none.
 pub fn recursive(rotations: impl IntoIterator<Item = Quaternion>) -> Quaternion {
@@ -63,7 +63,7 @@ pub fn spread(rotations: impl IntoIterator<Item = Quaternion> + Clone, rounds: u
         sum += distance * distance;
         count += 1.0;
     }
-    Spread { mean, deviation: ((sum / count.max(1.0)).sqrt() as f32).max(LEAST) }
+    Spread { mean, deviation: ((sum / count.max(1.0)).sqrt() as f32).max(MIN_DEVIATION) }
 }
 
 /// Mean and standard deviation of every joint of a clip: `frames` `[frames][joints]`, with a weight for each frame. Joints
@@ -102,8 +102,10 @@ pub fn spreads(frames: &[Vec<Quaternion>], weights: &[f32], rounds: usize) -> Ve
         }
     }
     let total = if total > 0.0 { total } else { 1.0 };
-    let spread =
-        |(mean, square): (Quaternion, f32)| Spread { mean, deviation: (square / total).sqrt().max(LEAST) };
+    let spread = |(mean, square): (Quaternion, f32)| Spread {
+        mean,
+        deviation: (square / total).sqrt().max(MIN_DEVIATION),
+    };
     means.into_iter().zip(squares).map(spread).collect()
 }
 

@@ -27,7 +27,7 @@ use crate::models::{
     numbers::narrow,
     statistic::{
         euler,
-        mean::{self, MOST_SCALE, Spread},
+        mean::{self, MAX_SCALE, Spread},
     },
 };
 use crate::{
@@ -197,7 +197,7 @@ struct Map {
 impl Map {
     fn of(from: &Spread, to: &Spread) -> Self {
         let turn = quaternion::multiply(quaternion::conjugate(from.mean), to.mean);
-        Self { turn, mean: to.mean, scale: (to.deviation / from.deviation).min(MOST_SCALE) }
+        Self { turn, mean: to.mean, scale: (to.deviation / from.deviation).min(MAX_SCALE) }
     }
 
     fn apply(&self, q: Quaternion) -> Quaternion {
@@ -275,7 +275,7 @@ fn root(x: &[Vec<f64>], y: &[Vec<f64>], own: &[f64], other: &[f64]) -> Vec<[f64;
         };
         let (from, from_sd) = moments(at(x, own).into_iter(), 1e-3);
         let (to, to_sd) = moments(at(y, other).into_iter(), 1e-3);
-        let scale = (to_sd / from_sd).min(f64::from(MOST_SCALE));
+        let scale = (to_sd / from_sd).min(f64::from(MAX_SCALE));
         x.iter().map(|row| to + scale * (row[d] - from)).collect::<Vec<f64>>()
     });
     (0..x.len()).map(|t| [0, 1, 2].map(|k| numbers[k][t])).collect()
@@ -298,7 +298,7 @@ fn correspond(x: &[Vec<f64>], y: &[Vec<f64>]) -> Result<(Vec<f64>, Vec<f64>), Wa
 /// Number of frames of a shorter and a longer clip for warping: the shorter one is lengthened if the slope limit requires
 /// it.
 fn warped(x: usize, y: usize) -> [usize; 2] {
-    let most = y.min(warp::MOST_FRAMES);
+    let most = y.min(warp::MAX_FRAMES);
     let near = (y as f64) < NEAR * x as f64;
     [if near { (x * most).div_ceil(y) } else { most }, most]
 }

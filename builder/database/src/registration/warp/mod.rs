@@ -131,7 +131,7 @@ pub const STILL: f64 = 0.05;
 
 /// Most frames of a motion that are warped, 17 s at 30 Hz. The cost of a warp is quadratic, so longer motions are reduced
 /// first ([`Warp::stretched`]).
-pub const MOST_FRAMES: usize = 512;
+pub const MAX_FRAMES: usize = 512;
 
 /// The dofs of a row that are warped: all but the root's velocities, which describe where the body goes rather than the
 /// moment of the action.

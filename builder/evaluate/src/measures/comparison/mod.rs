@@ -44,7 +44,7 @@ impl OnClips for Args {
     fn evaluate(&self, experiment: &Experiment) -> anyhow::Result<Evaluation> {
         let methods = Methods { gaussian_process: true, ..Methods::default() };
         let sets = sets(experiment)?;
-        let bar = progress::bar(sets.iter().map(|(_, e)| e.most_folds()).sum(), "methods");
+        let bar = progress::bar(sets.iter().map(|(_, e)| e.max_folds()).sum(), "methods");
         let mut rows: Vec<table::Row> = Vec::new();
         for (set, experiment) in &sets {
             let corpus = &experiment.corpus;

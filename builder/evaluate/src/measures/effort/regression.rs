@@ -6,7 +6,7 @@ use gestus_database::{
         Factors, NAMES, Source,
         fragment::Library,
         learn::{Method, errors, held_against, means},
-        model::{BLENDS, FEWEST, Model, draw},
+        model::{BLENDS, MIN_BLENDS, Model, draw},
         sheet::{SEEDS, selected},
     },
     synth,
@@ -72,7 +72,7 @@ pub(super) fn regression(
     splits: usize,
     tick: &(dyn Fn() + Sync),
 ) -> Vec<table::Row> {
-    if model.examples.len() < FEWEST {
+    if model.examples.len() < MIN_BLENDS {
         return Vec::new();
     }
     // 85 of 105, and as large a share of fewer.
@@ -176,12 +176,12 @@ mod tests {
         )
         .unwrap();
         let draws = draw(&library, BLENDS, SEED);
-        for count in [0, 1, FEWEST - 1] {
+        for count in [0, 1, MIN_BLENDS - 1] {
             let model = Model::estimated(library.clone(), &draws[..count]);
             assert_eq!(model.examples.len(), count);
             assert!(regression("data", &model, 1, &|| ()).is_empty(), "{count}");
         }
-        let model = Model::estimated(library, &draws[..FEWEST]);
+        let model = Model::estimated(library, &draws[..MIN_BLENDS]);
         let rows = regression("data", &model, 1, &|| ());
         assert_eq!(rows.len(), 3 * Method::ALL.len());
         assert!(rows.iter().all(|r| r["test"].as_u64() > Some(0)));

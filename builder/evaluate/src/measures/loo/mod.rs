@@ -103,7 +103,7 @@ pub(super) fn exact_pairs(experiment: &Experiment) -> Result<Experiment, BuildEr
 /// Runs the evaluation and draws its plots.
 fn evaluate(experiment: &Experiment, methods: &Methods) -> Result<Evaluation, BuildError> {
     let corpus = &experiment.corpus;
-    let bar = progress::bar(experiment.most_folds(), "leave one out");
+    let bar = progress::bar(experiment.max_folds(), "leave one out");
     let results = run(experiment, methods, &|| bar.inc(1))?;
     bar.finish_and_clear();
     let rows: Vec<table::Row> = results.iter().map(|r| r.to_json(corpus)).collect();

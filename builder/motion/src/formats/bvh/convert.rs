@@ -11,7 +11,7 @@ use crate::{
     euler,
     formats::bvh::{
         document::{Bvh, Channel, Joint},
-        numbers::MOST_LENGTH,
+        numbers::MAX_LENGTH,
         read::{poses, rig},
     },
     unit::Unit,
@@ -153,7 +153,7 @@ impl Bvh {
                 pose.translation.vector /= scale;
                 put(joint, &pose, scale, &mut row);
                 let own = &row[joint.first_channel..joint.first_channel + joint.channels.len()];
-                if !own.iter().chain(&joint.offset).all(|x| x.abs() <= MOST_LENGTH) {
+                if !own.iter().chain(&joint.offset).all(|x| x.abs() <= MAX_LENGTH) {
                     let (clip, joint) = (name.to_string(), joint.name.clone());
                     return Err(ConvertError::NotFinite { clip, frame: f + 1, joint });
                 }

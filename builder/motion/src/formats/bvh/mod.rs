@@ -56,5 +56,5 @@ pub use convert::AsBvh;
 pub(crate) use convert::NOT_IN_NAMES;
 pub use document::{Bvh, Channel, Joint};
 pub use error::{BvhError, BvhErrorKind};
-pub(crate) use numbers::MOST_LENGTH;
+pub(crate) use numbers::MAX_LENGTH;
 pub use parse::{MAX_DEPTH, MAX_JOINTS};

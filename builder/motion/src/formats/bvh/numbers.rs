@@ -8,15 +8,15 @@ use super::{
 };
 
 /// Greatest length, file units: ten thousand kilometres in millimetres.
-pub(crate) const MOST_LENGTH: f64 = 1e10;
+pub(crate) const MAX_LENGTH: f64 = 1e10;
 /// Greatest angle, degrees. Larger ones are exporters' errors.
-const MOST_DEGREES: f64 = 1e7;
+const MAX_DEGREES: f64 = 1e7;
 
 impl Parser<'_> {
     /// A number of file units.
     pub fn length(&self, token: Token) -> Result<f64, BvhError> {
         let value = self.number(token)?;
-        if value.abs() > MOST_LENGTH {
+        if value.abs() > MAX_LENGTH {
             return Err(self.error(token, Kind::Length { found: shown_name(token.text) }));
         }
         Ok(value)
@@ -28,7 +28,7 @@ impl Parser<'_> {
             return self.length(token);
         }
         let value = self.number(token)?;
-        if value.abs() > MOST_DEGREES {
+        if value.abs() > MAX_DEGREES {
             return Err(self.error(token, Kind::Angle { found: shown_name(token.text) }));
         }
         Ok(value)

@@ -297,7 +297,7 @@ impl<'t> Parser<'t> {
             _ => return Err(self.error(count, Kind::FrameCountLies { promised, found })),
         }
         let bytes = found * (FRAME_BYTES + self.joints.len() * ROTATION_BYTES) + 8 * values.len();
-        if bytes > memory::most(self.lexer.length()) {
+        if bytes > memory::max_bytes(self.lexer.length()) {
             let joints = self.joints.len();
             return Err(self.error(count, Kind::TooMuch { joints, frames: found, megabytes: bytes >> 20 }));
         }

@@ -132,7 +132,7 @@ impl<'a> Buffers<'a> {
 
     /// Memory that is left for what is made of the file and of those beside it that were read, bytes.
     pub fn room(&self) -> usize {
-        memory::most(self.size.get()).saturating_sub(self.taken.get())
+        memory::max_bytes(self.size.get()).saturating_sub(self.taken.get())
     }
 
     /// Takes memory from the [room](Self::room) for good.

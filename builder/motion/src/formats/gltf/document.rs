@@ -45,7 +45,7 @@ pub fn content(bytes: &[u8]) -> Result<Content<'_>, GltfErrorKind> {
     let wrong = |e: &dyn std::fmt::Display| GltfErrorKind::NotGltf(e.to_string());
     let Chunks { json: text, bin, .. } = Chunks::of(bytes)?;
     let needed = weight(text);
-    if needed > memory::most(bytes.len()) {
+    if needed > memory::max_bytes(bytes.len()) {
         return Err(GltfErrorKind::TooMuch { megabytes: needed >> 20 });
     }
     let mut motion: Motion = serde_json::from_slice(text).map_err(|e| match first_version(text) {

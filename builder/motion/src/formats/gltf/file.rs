@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     animation::Animation as Motion,
-    files::{self, FileError, MOST_MOTION},
+    files::{self, FileError, MAX_MOTION_BYTES},
 };
 
 /// An animation, with the file that it is in.
@@ -49,7 +49,7 @@ pub fn read_one(path: &Path, wanted: Option<&str>) -> Result<Gltf, GltfError> {
 impl Gltf {
     fn of_file(path: &Path, only: Option<Option<&str>>) -> Result<Vec<Self>, GltfError> {
         let file = path.to_string_lossy();
-        let bytes = files::read(path, MOST_MOTION)
+        let bytes = files::read(path, MAX_MOTION_BYTES)
             .map_err(|e| GltfError { file: file.clone().into_owned(), kind: GltfErrorKind::File(e) })?;
         Self::some_of(bytes.into(), &file, path.parent().unwrap_or(Path::new("")), only)
     }
@@ -88,5 +88,5 @@ impl Gltf {
 
 /// Reads a file in the folder of a glTF file.
 pub(super) fn beside(folder: &Path, name: &Path) -> Result<Vec<u8>, FileError> {
-    files::read_in(folder, name, MOST_MOTION)
+    files::read_in(folder, name, MAX_MOTION_BYTES)
 }

@@ -16,7 +16,7 @@ use crate::{
     animation::{Animation as Motion, Joint, Recording},
     binding::ConvertError,
     clip::{FRAME_BYTES, MAX_FRAMES, ROTATION_BYTES},
-    formats::bvh::{MAX_JOINTS, MOST_LENGTH},
+    formats::bvh::{MAX_JOINTS, MAX_LENGTH},
     unit::Unit,
 };
 
@@ -170,7 +170,7 @@ impl<'b> Curves<'b> {
     }
 
     /// Number of keys of the longest curve.
-    fn most_keys(&self, nodes: &[usize]) -> usize {
+    fn max_keys(&self, nodes: &[usize]) -> usize {
         self.times(nodes).map(<[f64]>::len).max().unwrap_or(0)
     }
 
@@ -236,7 +236,7 @@ impl<'b> Curves<'b> {
         let seconds = end - start;
         let frames = (seconds * rate_hz + 1e-3).floor();
         // Times are untrusted: two keys may be a day apart.
-        let most = MAX_FRAMES.max(self.most_keys(&nodes)) as f64;
+        let most = MAX_FRAMES.max(self.max_keys(&nodes)) as f64;
         if frames > most || memory_of(frames as usize + 1, body.len()) > room {
             let (animation, joints) = (name.to_owned(), body.len());
             return Err(GltfErrorKind::TooLong { animation, seconds, joints, rate_hz });
@@ -361,7 +361,7 @@ fn still(poses: &[Isometry3<f64>], joint: usize, joints: usize) -> bool {
 
 /// Refuses numbers that are not finite or too large.
 pub fn check(clip: &str, joints: &[Joint], poses: &[Isometry3<f64>]) -> Result<(), ConvertError> {
-    let fine = |v: &Vector3<f64>| v.iter().all(|x| x.abs() <= MOST_LENGTH);
+    let fine = |v: &Vector3<f64>| v.iter().all(|x| x.abs() <= MAX_LENGTH);
     let bad = poses.iter().enumerate().find(|(i, pose)| {
         let joint = &joints[i % joints.len()];
         !fine(&joint.offset)

@@ -22,7 +22,7 @@ use super::{
 };
 use crate::{
     animation::{Animation as Motion, Joint},
-    files::{self, MOST_MOTION},
+    files::{self, MAX_MOTION_BYTES},
     formats::bvh::MAX_JOINTS,
     unit::Unit,
 };
@@ -42,7 +42,7 @@ const SAME: f64 = 1e-4;
 pub fn rest(path: &Path) -> Result<Vec<Motion>, GltfError> {
     let file = path.to_string_lossy();
     let folder = path.parent().unwrap_or(Path::new(""));
-    let poses = files::read(path, MOST_MOTION)
+    let poses = files::read(path, MAX_MOTION_BYTES)
         .map_err(GltfErrorKind::File)
         .and_then(|bytes| poses(&bytes, &file, &|name| beside(folder, name)));
     poses.map_err(|kind| GltfError { file: file.into_owned(), kind })

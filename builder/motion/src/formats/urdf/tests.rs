@@ -79,7 +79,7 @@ fn a_limit_without_velocity_has_none() {
 #[test]
 fn a_velocity_that_is_no_limit_is_the_greatest() {
     for (velocity, read) in
-        [("1e9", Some(MOST_RATE)), ("inf", None), ("3", Some(3.0)), ("0", None), ("nan", None)]
+        [("1e9", Some(MAX_RATE)), ("inf", None), ("3", Some(3.0)), ("0", None), ("nan", None)]
     {
         let text = robot(&(joint("j", "a", "b", "") + &joint("k", "b", "c", "")));
         let text = text.replace("velocity=\"2\"", &format!("velocity=\"{velocity}\""));
