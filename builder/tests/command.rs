@@ -84,14 +84,14 @@ fn no_input_is_written_over() {
     assert!(ok, "{stderr}");
 }
 
-/// Both wrote over their own input, and `page` over a person's files.
+/// `page` and `export` wrote over their own input, `page` and `demo` over a person's files.
 #[cfg(unix)]
 #[test]
 fn folders_that_are_written_hold_no_input_and_nothing_of_ones_own() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("command-folders");
     let _ = fs::remove_dir_all(&folder);
-    let [arrays, site, own] = ["arrays", "site", "own"].map(|n| folder.join(n));
-    for folder in [&arrays, &site, &own] {
+    let [arrays, site, own, walks] = ["arrays", "site", "own", "walks"].map(|n| folder.join(n));
+    for folder in [&arrays, &site, &own, &walks] {
         fs::create_dir_all(folder).unwrap();
     }
     let [db, wasm, data, page] =
@@ -99,8 +99,10 @@ fn folders_that_are_written_hold_no_input_and_nothing_of_ones_own() {
     fs::write(&db, common::blob()).unwrap();
     fs::write(&wasm, b"\0asm text_length").unwrap();
     fs::write(&page, "mine").unwrap();
+    fs::write(walks.join("walk_proud.bvh"), "mine").unwrap();
     std::os::unix::fs::symlink(&db, &data).unwrap();
-    let [db, wasm, arrays, site, own] = [&db, &wasm, &arrays, &site, &own].map(|p| p.to_str().unwrap());
+    let [db, wasm, arrays, site, own, walks] =
+        [&db, &wasm, &arrays, &site, &own, &walks].map(|p| p.to_str().unwrap());
     for (arguments, said) in [
         (vec!["export", db, "-o", arrays], "dofs.npy: it would be written over an input"),
         (vec!["page", "-o", site, "--db", db, "--wasm", wasm], "data.js: it would be written over an input"),
@@ -108,12 +110,14 @@ fn folders_that_are_written_hold_no_input_and_nothing_of_ones_own() {
             vec!["page", "-o", own, "--db", db, "--wasm", wasm],
             "page.css is there already, and was not generated",
         ),
+        (vec!["demo", "--out", walks], "walk_proud.bvh is there already, and was not generated"),
     ] {
         let (ok, stderr) = gestus(&arguments);
         assert!(!ok && stderr.contains(said), "{arguments:?}: {stderr}");
     }
     assert_eq!(fs::read(db).unwrap(), common::blob());
     assert_eq!(fs::read_to_string(page).unwrap(), "mine");
+    assert_eq!(fs::read_dir(walks).unwrap().count(), 1);
 }
 
 /// What is wrong with a robot was found after the clip was written.
