@@ -353,14 +353,6 @@ fn maps_set_rates_servos_and_what_is_not_driven() {
     assert_eq!(servo.pulse((PI / 6.0) as f32), 1200);
     assert!(machine.doubts.iter().any(|d| d.contains("ghost")), "{:?}", machine.doubts);
     assert!(machine.doubts.iter().any(|d| d.contains("left_elbow")), "{:?}", machine.doubts);
-    // A joint that follows another one is not driven, and the doubt says which.
-    let follows =
-        "<joint name=\"left_elbow\" type=\"revolute\"><mimic joint=\"left_knee\" multiplier=\"2\"/>";
-    let text = TOY.replace("<joint name=\"left_elbow\" type=\"revolute\">", follows);
-    let robot = Robot::parse(&text, "toy.urdf").unwrap();
-    let mimic = Machine::new(&database(), robot, &RobotMap::default()).unwrap();
-    let said = "left_elbow (though the file lets it follow left_knee)";
-    assert!(mimic.doubts.iter().any(|d| d.contains(said)), "{:?}", mimic.doubts);
     let played = play(&machine, walk());
     let elbow = machine.robot.find("left_elbow").unwrap();
     assert!(played.ticks.iter().all(|t| t.motions[elbow].position == 0.0));
@@ -369,6 +361,47 @@ fn maps_set_rates_servos_and_what_is_not_driven() {
     let error =
         Machine::new(&database(), Robot::parse(none, "r.urdf").unwrap(), &RobotMap::default()).unwrap_err();
     assert!(matches!(error, MachineError::Nothing { .. }), "{error}");
+}
+
+/// A joint that follows another one has no motor, and was written as 0.
+#[test]
+fn joints_that_follow_move_with_their_leaders() {
+    let follow = |text: &str, joint: &str, mimic: &str| {
+        let start = format!("<joint name=\"{joint}\" type=\"revolute\">");
+        text.replace(&start, &format!("{start}<mimic joint={mimic}/>"))
+    };
+    let of = |text: &str, map: &str| {
+        let robot = Robot::parse(text, "toy.urdf").unwrap();
+        Machine::new(&database(), robot, &RobotMap::parse(map, "map.toml").unwrap()).unwrap()
+    };
+    // The right elbow follows one that follows itself.
+    let text = follow(TOY, "left_elbow", "\"left_knee\" multiplier=\"-0.5\" offset=\"0.1\"");
+    let text = follow(&text, "right_elbow", "\"left_elbow\" multiplier=\"2\"");
+    let machine = of(&text, "");
+    let said = "following another joint: left_elbow, right_elbow";
+    assert!(machine.doubts.iter().any(|d| d == said), "{:?}", machine.doubts);
+    let played = play(&machine, walk());
+    let [knee, left, right] =
+        ["left_knee", "left_elbow", "right_elbow"].map(|name| machine.robot.find(name).unwrap());
+    assert!(played.ticks.iter().any(|t| t.motions[knee].position.abs() > 0.3));
+    for tick in &played.ticks {
+        let [knee, left, right] = [knee, left, right].map(|h| tick.motions[h]);
+        assert!((left.position - (0.1 - 0.5 * knee.position)).abs() < 1e-6, "{left:?} {knee:?}");
+        assert!((left.velocity + 0.5 * knee.velocity).abs() < 1e-5, "{left:?} {knee:?}");
+        assert!((right.position - 2.0 * left.position).abs() < 1e-6, "{right:?} {left:?}");
+    }
+    let (names, rows) = played.qpos(&machine.robot).unwrap();
+    let column = names.iter().position(|name| name == "left_elbow").unwrap();
+    assert_eq!(rows[9][column], f64::from(played.ticks[9].motions[left].position));
+    // A map gives it a motor; a circle, or a joint that is not there, leads nobody.
+    let driven = of(&text, "[joints.left_elbow]\npart = \"left-lower-arm\"\n");
+    assert!(!driven.assignment.undriven.contains(&left) && driven.assignment.undriven.contains(&right));
+    let circle = follow(TOY, "left_elbow", "\"right_elbow\"");
+    for text in [follow(&circle, "right_elbow", "\"left_elbow\""), follow(TOY, "left_elbow", "\"ghost\"")] {
+        assert_eq!(play(&of(&text, ""), walk()).ticks[9].motions[left].position, 0.0);
+    }
+    let wild = follow(TOY, "left_elbow", "\"left_knee\" multiplier=\"1e9\"");
+    assert!(Robot::parse(&wild, "toy.urdf").is_err());
 }
 
 #[test]

@@ -170,13 +170,14 @@ pub fn assign(robot: &Robot, map: &RobotMap) -> Assignment {
             }
         }
     }
-    if !result.undriven.is_empty() {
-        let told = result.undriven.iter().map(|&h| match &robot.hinges[h].mimics {
-            Some(other) => format!("{} (though the file lets it follow {other})", robot.hinges[h].name),
-            None => robot.hinges[h].name.clone(),
-        });
-        let told = told.collect::<Vec<_>>().join(", ");
-        result.doubts.push(format!("not driven, and resting at zero: {told}"));
+    let (following, resting): (Vec<usize>, Vec<usize>) =
+        result.undriven.iter().partition(|&&h| robot.leader(h, &result.undriven).is_some());
+    for (hinges, what) in
+        [(resting, "not driven, and resting at zero"), (following, "following another joint")]
+    {
+        if !hinges.is_empty() {
+            result.doubts.push(format!("{what}: {}", names(&hinges)));
+        }
     }
     result
 }

@@ -96,15 +96,29 @@ fn one_sign(ticks: &mut [Tick]) {
     }
 }
 
-/// Drives frames that are one tick apart.
+/// Drives frames that are one tick apart. Hinges without a motor that follow others move with these.
 pub fn play_frames(machine: &Machine, frames: &[Frame]) -> Played {
     let mut drive =
         Drive::<MAX_HINGES>::new(machine.tables(), &[]).expect("as many hinges as a robot can have fit");
+    let undriven = &machine.assignment.undriven;
+    let followers: Vec<_> =
+        undriven.iter().filter_map(|&h| Some((h, machine.robot.leader(h, undriven)?))).collect();
     let ticks = frames.iter().map(|frame| {
         let driven = drive.step(&stream::to_pose::<MAX_JOINTS>(frame));
+        let (mut motions, mut targets) = (drive.motions().to_vec(), drive.targets().to_vec());
+        for (follower, (leader, mimic)) in &followers {
+            let (multiplier, offset) = (mimic.multiplier as f32, mimic.offset as f32);
+            targets[*follower] = multiplier * targets[*leader] + offset;
+            let leader = motions[*leader];
+            motions[*follower] = Motion {
+                position: multiplier * leader.position + offset,
+                velocity: multiplier * leader.velocity,
+                acceleration: multiplier * leader.acceleration,
+            };
+        }
         Tick {
-            motions: drive.motions().to_vec(),
-            targets: drive.targets().to_vec(),
+            motions,
+            targets,
             pulses: (0..drive.motions().len()).map(|h| drive.pulse(h)).collect(),
             driven,
             base: machine.stand.base(frame),
