@@ -22,6 +22,7 @@ use gestus_motion::{
     clip::{Clip, Frame, interpolate},
     corpus::Corpus,
     landmarks::LandmarkError,
+    statistics::smoothstep,
 };
 
 use crate::search::features::{Cloud, FeatureSpace, clouds};
@@ -297,8 +298,7 @@ impl Path<'_> {
         let count = self.graph.blend;
         for k in 0..count {
             let (a, b) = (&self.graph.rows[from.0][from.1 + k], &self.graph.rows[to.0][to.1 + k]);
-            let t = (k + 1) as f64 / (count + 1) as f64;
-            let t = t * t * (3.0 - 2.0 * t);
+            let t = smoothstep((k + 1) as f64 / (count + 1) as f64);
             let mix = |d: usize| a[d] + t * (b[d] - a[d]);
             self.advance(mix(dof::FORWARD), mix(dof::LEFT), mix(dof::YAW));
             self.frames.push(interpolate(&self.pose(a), &self.pose(b), t));

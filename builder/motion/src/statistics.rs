@@ -5,6 +5,12 @@ use std::{
     ops::{Div, Mul},
 };
 
+/// Rises from 0 to 1 as `t` does, level at both ends and beyond them.
+pub fn smoothstep(t: f64) -> f64 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
 /// Mean; not a number where there are no values.
 pub fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
     let (sum, count) = sum(values);

@@ -26,7 +26,10 @@ use crate::{
     registration::contact::contacts,
     stream::cleanup::{self, Limbs},
 };
-use gestus_motion::clip::{Clip, Frame};
+use gestus_motion::{
+    clip::{Clip, Frame},
+    statistics::smoothstep,
+};
 
 /// Fragments of a snippet's content that are paired.
 pub const NEIGHBORS: usize = 28;
@@ -208,10 +211,8 @@ fn fade(rows: &mut [Vec<f64>], joins: &[usize], reach: usize) {
     for w in edges.windows(3) {
         let [before, join, after] = [w[0], w[1], w[2]];
         let jump: Vec<f64> = rows[join].iter().zip(&rows[join - 1]).map(|(b, a)| b - a).collect();
-        let weight = |i: usize, room: usize| {
-            let x = (i as f64 / reach.min(room).max(1) as f64).min(1.0);
-            0.5 * (1.0 - x * x * (3.0 - 2.0 * x))
-        };
+        let weight =
+            |i: usize, room: usize| 0.5 * (1.0 - smoothstep(i as f64 / reach.min(room).max(1) as f64));
         for i in 0..reach.min(join - before) {
             let share = weight(i, join - before);
             for (d, v) in rows[join - 1 - i].iter_mut().enumerate().filter(|(d, _)| !speed(*d)) {

@@ -34,7 +34,7 @@ use gestus_motion::{
     clip::{Clip, Frame},
     corpus::Corpus,
     landmarks::Landmarks,
-    statistics::smooth,
+    statistics::{smooth, smoothstep},
 };
 
 /// Greatest extension of a leg, relative to its length.
@@ -365,7 +365,6 @@ fn between(values: &[Option<Vector3<f64>>]) -> Vec<Vector3<f64>> {
 
 /// Offsets in plants as they are; around them they fade by a smoothstep over the window, nearest plant first.
 fn fade(values: &[Option<Vector3<f64>>], window: usize) -> Vec<Vector3<f64>> {
-    let step = |t: f64| 1.0 - t * t * (3.0 - 2.0 * t);
     (0..values.len())
         .map(|t| {
             if let Some(v) = values[t] {
@@ -375,7 +374,8 @@ fn fade(values: &[Option<Vector3<f64>>], window: usize) -> Vec<Vector3<f64>> {
                 (1..=window).find_map(|d| values.get(reach(d)?).copied().flatten().map(|v| (d, v)))
             };
             let part = |found: Option<(usize, Vector3<f64>)>| {
-                found.map_or(Vector3::zeros(), |(d, v)| v * step(d as f64 / (window + 1) as f64))
+                found
+                    .map_or(Vector3::zeros(), |(d, v)| v * (1.0 - smoothstep(d as f64 / (window + 1) as f64)))
             };
             part(near(&|d| t.checked_sub(d))) + part(near(&|d| Some(t + d)))
         })

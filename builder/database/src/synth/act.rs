@@ -7,7 +7,7 @@
 use nalgebra::Vector3;
 
 use crate::synth::{
-    feet::{Stance, Swing, smooth},
+    feet::{Stance, Swing},
     noise::{between, rng},
     plan::{Path, STAND_M},
     posture::{
@@ -17,7 +17,7 @@ use crate::synth::{
     skeleton::{ANKLE_HEIGHT_M, HIP_DROP_M, SHIN_M, THIGH_M},
     style::Style,
 };
-use gestus_motion::body::about_y;
+use gestus_motion::{body::about_y, statistics::smoothstep};
 
 /// Units of canonical time that an act takes: twelve halves.
 pub const UNITS: f64 = 6.0;
@@ -114,7 +114,7 @@ const KICK: Keys = &[
 fn keyed(points: &[(f64, f64)], x: f64) -> f64 {
     let after = points.iter().take_while(|p| p.0 <= x).count();
     match (after.checked_sub(1).map(|i| points[i]), points.get(after)) {
-        (Some((x0, y0)), Some(&(x1, y1))) => y0 + (y1 - y0) * smooth((x - x0) / (x1 - x0)),
+        (Some((x0, y0)), Some(&(x1, y1))) => y0 + (y1 - y0) * smoothstep((x - x0) / (x1 - x0)),
         (Some((_, y)), None) | (None, Some(&(_, y))) => y,
         (None, None) => 0.0,
     }
@@ -261,7 +261,7 @@ impl Act {
         match self.kind {
             Kind::Jump => p[HEIGHT] += self.jump_height(x),
             Kind::Punch => {
-                let there = smooth((x - 0.36) / 0.14) * (1.0 - smooth((x - 0.54) / 0.18));
+                let there = smoothstep((x - 0.36) / 0.14) * (1.0 - smoothstep((x - 0.54) / 0.18));
                 p[RIGHT + SWING] += 0.2 * self.aim[0] * there;
                 p[CHEST + 1] += 0.15 * self.aim[1] * there;
             }
@@ -275,17 +275,17 @@ impl Act {
         let (crouch, tiptoe) = (0.24 * (0.4 + 0.6 * self.strength), 0.07);
         let (low, deep) = (0.26, 0.73);
         if x < low {
-            -crouch * smooth(x / low)
+            -crouch * smoothstep(x / low)
         } else if x < STRIKE.0 {
             (crouch + tiptoe) * ((x - low) / (STRIKE.0 - low)).powi(2) - crouch
         } else if x < STRIKE.1 {
             let t = (x - STRIKE.0) / (STRIKE.1 - STRIKE.0);
-            tiptoe * (1.0 - smooth(t)) + 4.0 * self.jump_m() * t * (1.0 - t)
+            tiptoe * (1.0 - smoothstep(t)) + 4.0 * self.jump_m() * t * (1.0 - t)
         } else if x < deep {
             let t = (x - STRIKE.1) / (deep - STRIKE.1);
             -0.9 * crouch * (1.0 - (1.0 - t).powi(2))
         } else {
-            -0.9 * crouch * (1.0 - smooth((x - deep) / (1.0 - deep)))
+            -0.9 * crouch * (1.0 - smoothstep((x - deep) / (1.0 - deep)))
         }
     }
 }

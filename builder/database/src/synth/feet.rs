@@ -11,7 +11,7 @@ use crate::synth::{
     posture::{Foot, about_x, sole_height},
     skeleton::{ANKLE_HEIGHT_M, BALL, HEEL},
 };
-use gestus_motion::body::about_y;
+use gestus_motion::{body::about_y, statistics::smoothstep};
 
 /// A step length of canonical time for derivatives.
 const TINY: f64 = 1e-4;
@@ -128,8 +128,8 @@ fn swing(last: &Stance, next: &Stance, at: f64) -> Planned {
         + (off.pitch - before.pitch) * rate * g0
         + on.pitch * h1
         + (after.pitch - on.pitch) * rate * (0.25 * g1);
-    let bend = off.bend * (1.0 - smooth(2.0 * v));
-    let yaw = off.yaw + (on.yaw - off.yaw) * smooth(v);
+    let bend = off.bend * (1.0 - smoothstep(2.0 * v));
+    let yaw = off.yaw + (on.yaw - off.yaw) * smoothstep(v);
     let [a, b] = last.swing.shape;
     let peak = a / (a + b);
     let hump = (v / peak).powf(a) * ((1.0 - v) / (1.0 - peak)).powf(b);
@@ -145,10 +145,4 @@ fn swing(last: &Stance, next: &Stance, at: f64) -> Planned {
 fn hermite(t: f64) -> [f64; 4] {
     let (t2, t3) = (t * t, t * t * t);
     [2.0 * t3 - 3.0 * t2 + 1.0, t3 - 2.0 * t2 + t, 3.0 * t2 - 2.0 * t3, t3 - t2]
-}
-
-/// Smoothstep from 0 to 1, with zero slope at both ends.
-pub fn smooth(t: f64) -> f64 {
-    let t = t.clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }

@@ -4,10 +4,11 @@
 //! all other parameters of a gait are scaled by the style and may change with canonical time. A transition is a walk whose
 //! parameters become those of a run.
 
+use gestus_motion::statistics::smoothstep;
 use nalgebra::Vector3;
 
 use crate::synth::{
-    feet::{Stance, Swing, smooth},
+    feet::{Stance, Swing},
     noise::Noise,
     plan::{Path, Timeline},
     posture::{
@@ -183,7 +184,7 @@ pub struct Performer {
 impl Performer {
     /// The numbers of the gait at a canonical time, with what the cycle brings.
     pub fn gait(&self, at: f64) -> Gait {
-        let change = smooth((at - self.change.0) / (self.change.1 - self.change.0));
+        let change = smoothstep((at - self.change.0) / (self.change.1 - self.change.0));
         let mut gait = self.from.blend(&self.to, change).styled(&self.style);
         let pace = (self.content.pace + 0.05 * self.content.drift.at(0, at)).max(0.4);
         let varied = |channel: usize| 1.0 + self.style.variability * self.content.cycle.at(channel, at);
@@ -199,7 +200,7 @@ impl Performer {
 
     /// 1 while going, 0 when stopped.
     pub fn going(&self, at: f64) -> f64 {
-        1.0 - smooth((at - self.stop.0) / (self.stop.1 - self.stop.0))
+        1.0 - smoothstep((at - self.stop.0) / (self.stop.1 - self.stop.0))
     }
 
     /// The path.
