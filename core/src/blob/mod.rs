@@ -13,7 +13,7 @@ pub mod layout;
 mod mark;
 mod numbers;
 pub mod read;
-mod sections;
+pub(crate) mod sections;
 mod validate;
 
 pub use database::{Counts, Database};

@@ -10,7 +10,7 @@ use crate::{
         Class, Database,
         layout::{MAX_GROUPS, MAX_STYLES},
     },
-    stylizer::style_mix::{MAX_GROUP_STYLES, Settings, matches},
+    stylizer::style_mix::{MAX_GROUP_STYLES, Settings},
 };
 
 /// Counts of the work of a step. Those that do not apply to a method are 0.
@@ -82,8 +82,7 @@ impl Load {
 
     /// The classes that the labels allow.
     pub(crate) fn classes(&self, database: &Database<'_>) -> impl Iterator<Item = (usize, Class)> {
-        let allowed = |class: &Class| matches([class.action, class.style], self.action, self.input_style);
-        database.classes().enumerate().filter(move |(_, class)| allowed(class))
+        database.classes().enumerate().filter(|(_, class)| class.has(self.action, self.input_style))
     }
 }
 

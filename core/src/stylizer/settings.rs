@@ -5,7 +5,7 @@ use crate::{
     ConfigError,
     blob::layout::{MAX_GROUPS, MAX_STYLES},
     error::saturating_u16,
-    stylizer::style_mix::{GroupStyle, MAX_GROUP_STYLES, MAX_STRENGTH, StyleWeights, matches},
+    stylizer::style_mix::{GroupStyle, MAX_GROUP_STYLES, MAX_STRENGTH, StyleWeights},
 };
 
 /// Greatest weight of a style before normalisation.
@@ -185,8 +185,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     }
 
     fn label(&mut self, action: Option<u16>, style: Option<u16>) -> Result<(), ConfigError> {
-        if self.config.method.needs().labelled_class
-            && !self.database.classes().any(|c| matches([c.action, c.style], action, style))
+        if self.config.method.needs().labelled_class && !self.database.classes().any(|c| c.has(action, style))
         {
             return Err(ConfigError::NoClass);
         }

@@ -19,6 +19,7 @@ use crate::{
     blob::{
         Database,
         layout::{MAX_GROUPS, MAX_STYLES},
+        sections::labels_match,
     },
     math::{clamp, exp},
 };
@@ -185,12 +186,6 @@ impl Settings {
 
     /// Whether the labels allow a class of an action in a style.
     pub fn allow(&self, labels: [u16; 2]) -> bool {
-        matches(labels, self.action, self.input_style)
+        labels_match(labels, self.action, self.input_style)
     }
-}
-
-/// Whether labels allow a class of an action in a style.
-#[inline]
-pub(crate) fn matches([of, by]: [u16; 2], action: Option<u16>, style: Option<u16>) -> bool {
-    action.is_none_or(|action| action == of) && style.is_none_or(|style| style == by)
 }

@@ -266,9 +266,8 @@ impl StylizerArgs {
 
     /// Refuses labels that no class of the database has together.
     fn check_labels(&self, database: &Database<'_>, action: Option<u16>, style: Option<u16>) -> Result<()> {
-        let has = |a: u16, s: u16| action.is_none_or(|w| w == a) && style.is_none_or(|w| w == s);
         let classes: Vec<_> = database.classes().collect();
-        if classes.is_empty() || classes.iter().any(|c| has(c.action, c.style)) {
+        if classes.is_empty() || classes.iter().any(|c| c.has(action, style)) {
             return Ok(());
         }
         let manifest = database.manifest()?;

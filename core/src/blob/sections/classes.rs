@@ -28,6 +28,20 @@ pub struct Class {
     pub searchable: usize,
 }
 
+impl Class {
+    /// Whether it has an action and a style; `None` stands for any.
+    #[inline]
+    pub fn has(&self, action: Option<u16>, style: Option<u16>) -> bool {
+        labels_match([self.action, self.style], action, style)
+    }
+}
+
+/// Whether the labels of a class are an action and a style; `None` stands for any.
+#[inline]
+pub(crate) fn labels_match([of, by]: [u16; 2], action: Option<u16>, style: Option<u16>) -> bool {
+    action.is_none_or(|action| action == of) && style.is_none_or(|style| style == by)
+}
+
 impl<'db> Database<'db> {
     /// Class `index`.
     #[inline(never)]

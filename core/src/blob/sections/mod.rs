@@ -16,6 +16,7 @@ mod timing;
 mod trust;
 
 pub use classes::Class;
+pub(crate) use classes::labels_match;
 pub use feet::Leg;
 pub use lti::{LinearModel, Unit};
 pub use manifest::{Manifest, Names};
