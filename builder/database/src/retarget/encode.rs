@@ -112,19 +112,16 @@ pub(super) fn encode(
             chains.iter().enumerate().find_map(of).unwrap_or(0)
         };
         for i in 0..body.skeleton.joints() {
-            let at = bytes.len();
-            bytes.resize(at + joint::LENGTH, 0);
+            let at = grow(&mut bytes, joint::LENGTH);
             bytes[at + joint::PARENT] = body.skeleton.parents[i].map_or(u8::MAX, |p| p as u8);
             bytes[at + joint::SEGMENT] = segment(i);
             let offset = if i == 0 { Vector3::zeros() } else { body.skeleton.offsets[i] };
-            bytes[at + joint::OFFSET.start..at + joint::OFFSET.end]
-                .copy_from_slice(&floats(offset.iter().copied()));
+            set(&mut bytes, at, joint::OFFSET, offset.as_slice());
         }
     }
     for records in [sources(source, target), sources(target, source)] {
         for from in &records {
-            let at = bytes.len();
-            bytes.resize(at + record::LENGTH, 0);
+            let at = grow(&mut bytes, record::LENGTH);
             let identity = UnitQuaternion::identity();
             let (kind, from, weight, turns) = match from {
                 Source::Stay(rest) => (record::STAY, [0, 0], 0.0, [*rest, identity]),
@@ -133,12 +130,8 @@ pub(super) fn encode(
             bytes[at + record::KIND] = kind;
             bytes[at + record::FROM.start] = from[0] as u8;
             bytes[at + record::FROM.start + 1] = from[1] as u8;
-            bytes[at + record::WEIGHT.start..at + record::WEIGHT.end]
-                .copy_from_slice(&(weight as f32).to_le_bytes());
-            for (i, turn) in turns.iter().enumerate() {
-                let start = at + record::TURNS.start + 16 * i;
-                bytes[start..start + 16].copy_from_slice(&floats(turn.coords.iter().copied()));
-            }
+            set(&mut bytes, at, record::WEIGHT, &[weight]);
+            set(&mut bytes, at, record::TURNS, turns.map(|turn| turn.coords.data.0[0]).as_flattened());
         }
     }
     for (a, b, kind) in &limbs {
@@ -148,4 +141,16 @@ pub(super) fn encode(
     let crc = crc32c(&[&bytes]);
     bytes[header::CRC].copy_from_slice(&crc.to_le_bytes());
     bytes
+}
+
+/// Appends a record of zeros; returns where it begins.
+pub(crate) fn grow(bytes: &mut Vec<u8>, length: usize) -> usize {
+    let at = bytes.len();
+    bytes.resize(at + length, 0);
+    at
+}
+
+/// Writes numbers as `f32` to a byte range of the record at `at`.
+pub(crate) fn set(bytes: &mut [u8], at: usize, range: std::ops::Range<usize>, values: &[f64]) {
+    bytes[at + range.start..at + range.end].copy_from_slice(&floats(values.iter().copied()));
 }

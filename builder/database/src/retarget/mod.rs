@@ -14,7 +14,7 @@ pub mod anatomy;
 pub mod axis;
 pub mod body;
 pub mod check;
-mod encode;
+pub(crate) mod encode;
 mod facing;
 pub mod file;
 pub mod identify;

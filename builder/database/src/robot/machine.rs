@@ -15,6 +15,7 @@ use thiserror::Error;
 use crate::models::numbers::floats;
 use crate::retarget::{
     body::{Body, MapError},
+    encode::{grow, set},
     parts::Part,
 };
 use crate::robot::{
@@ -295,18 +296,7 @@ fn pointed(part: Part, turning: &[Vector3<f64>], zero: &UnitQuaternion<f64>) -> 
     order.iter().find(across).copied().unwrap_or(y)
 }
 
-/// Appends a record of zeros; returns where it begins.
+/// The anatomical frame of a joint; its own axes where it has none.
 fn anatomy(body: &Body, joint: usize) -> UnitQuaternion<f64> {
     body.anatomy.frame(joint).unwrap_or_else(UnitQuaternion::identity)
-}
-
-fn grow(bytes: &mut Vec<u8>, length: usize) -> usize {
-    let at = bytes.len();
-    bytes.resize(at + length, 0);
-    at
-}
-
-/// Writes numbers as `f32` to a byte range of the record at `at`.
-fn set(bytes: &mut [u8], at: usize, range: std::ops::Range<usize>, values: &[f64]) {
-    bytes[at + range.start..at + range.end].copy_from_slice(&floats(values.iter().copied()));
 }
