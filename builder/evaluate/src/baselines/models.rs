@@ -26,7 +26,7 @@ use gestus_database::{
         lti::{Model, clip},
         statistic::transfer::{self, transfer},
     },
-    stream::{Request, stream},
+    stream::Request,
 };
 
 /// Standard deviations of trust that no input leaves: no blend.
@@ -52,9 +52,8 @@ pub(crate) fn rows(fold: &Fold<'_>, database: &Database<'_>, rows: &mut Vec<Row>
     ];
     for (name, config, action, input_style) in streams {
         let request = Request { config, action, input_style, ..Request::style(fold.style as u16) };
-        let mut record = Record::of(database);
         // A database without that section has no such row.
-        let Ok(streamed) = stream(database, &example.clip, &request, &mut record) else { continue };
+        let Ok((record, streamed)) = Record::of_stream(database, &example.clip, &request) else { continue };
         rows.push(fold.row(name, &own_dofs(fold, database, &record.predicted), Some(&streamed)));
     }
     if let Some(index) = database.linear_model_of(fold.style as u16, None) {

@@ -1,12 +1,16 @@
 //! Baselines that the mixture is compared with, in `f64` and without regard to speed.
 
 use gestus_core::{
-    Database,
+    ConfigError, Database,
     blob::{Counterpart, Moment, layout::flag},
     search::found::Found,
 };
 
-use gestus_database::{blob::export, stream::Watcher};
+use gestus_database::{
+    blob::export,
+    stream::{Request, Streamed, Watcher, stream},
+};
+use gestus_motion::clip::Clip;
 use nalgebra::{Matrix4, Vector4};
 
 /// Neighbors of a class: its number, and row of the database and squared distance of each.
@@ -29,6 +33,20 @@ impl Record {
     /// A record of streams through that database.
     pub fn of(database: &Database<'_>) -> Self {
         Self { first_rows: database.classes().map(|c| c.first_row).collect(), ..Self::default() }
+    }
+
+    /// Streams a clip, with its record.
+    ///
+    /// # Errors
+    /// A request that the database does not serve, such as a method without its section.
+    pub fn of_stream(
+        database: &Database<'_>,
+        clip: &Clip,
+        request: &Request,
+    ) -> Result<(Self, Streamed), ConfigError> {
+        let mut record = Self::of(database);
+        let streamed = stream(database, clip, request, &mut record)?;
+        Ok((record, streamed))
     }
 
     /// A function of each frame's neighbors; where it is `None`, the value of the frame before, or the input.

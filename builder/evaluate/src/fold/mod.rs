@@ -223,10 +223,7 @@ pub(crate) fn class_of(database: &Database<'_>, action: usize, style: usize) -> 
 #[cfg(test)]
 mod tests {
     use gestus_core::Config;
-    use gestus_database::{
-        registration::contact,
-        stream::{Request, stream},
-    };
+    use gestus_database::{registration::contact, stream::Request};
 
     use super::*;
     use crate::{
@@ -272,8 +269,7 @@ mod tests {
             let strength = (0..groups).map(|group| (group, strength)).collect();
             let request = Request { config, strength, ..Request::style(held.style as u16) };
             let clip = &experiment.corpus.examples[held.test].clip;
-            let mut record = Record::of(&database);
-            let streamed = stream(&database, clip, &request, &mut record).unwrap();
+            let (record, streamed) = Record::of_stream(&database, clip, &request).unwrap();
             fold.row("mixture", &own_dofs(&fold, &database, &record.predicted), Some(&streamed))
         };
         let plain = Config::new().contacts(false).speed_limit(0.0).liveliness(0.0).settle_s(0.0);

@@ -9,22 +9,20 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
-use gestus_core::{Config, Database};
+use gestus_core::Database;
 use gestus_database::{
     build::build,
     command_line::progress,
     data_folder::{config, load::load},
-    stream::{Request, stream},
 };
 use gestus_motion::{body::Body, statistics::mean};
 use serde_json::json;
 
 use crate::{
-    baselines::outputs::Record,
     evaluation::{Evaluation, row},
     experiment::{Experiment, HeldOut, only},
     fold::{Fold, far, own_dofs},
-    measures::{METHODS, OnClips, Uses},
+    measures::{METHODS, OnClips, Uses, streamed},
     plots::{self, Labels},
     report::{html::Figure, table},
 };
@@ -161,12 +159,7 @@ impl Part<'_> {
                 let style = corpus.examples[truth].style;
                 Fold::of(self.experiment, self.body, HeldOut { test: test.clip, truth, other: None, style })
             });
-            for (method, of) in METHODS {
-                let request =
-                    Request { config: Config::new().method(of), ..Request::style(test.style as u16) };
-                let mut record = Record::of(database);
-                // A database without the method's section has no such row.
-                let Ok(streamed) = stream(database, &example.clip, &request, &mut record) else { continue };
+            for (method, _, record, streamed) in streamed(database, &example.clip, test.style) {
                 let measured = fold.as_ref().map(|fold| {
                     let predicted = own_dofs(fold, database, &record.predicted);
                     let unchanged = fold.row("unchanged", &fold.x, None).delivered.error_cm;

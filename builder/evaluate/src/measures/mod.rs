@@ -4,9 +4,11 @@
 use std::path::Path;
 
 use anyhow::Result;
-use gestus_core::{Database, Method};
+use gestus_core::{Config, Database, Method};
+use gestus_database::stream::{Request, Streamed};
+use gestus_motion::clip::Clip;
 
-use crate::{evaluation::Evaluation, experiment::Experiment};
+use crate::{baselines::outputs::Record, evaluation::Evaluation, experiment::Experiment};
 
 pub mod ablation;
 pub mod bilinear;
@@ -40,6 +42,19 @@ pub(crate) const METHODS: [(&str, Method); 4] = [
     ("lti", Method::Lti),
     ("statistic", Method::Statistic),
 ];
+
+/// A clip through each of [`METHODS`] whose section the database has: name, method, record and stream.
+pub(crate) fn streamed<'a>(
+    database: &'a Database<'_>,
+    clip: &'a Clip,
+    style: usize,
+) -> impl Iterator<Item = (&'static str, Method, Record, Streamed)> + 'a {
+    METHODS.into_iter().filter_map(move |(name, method)| {
+        let request = Request { config: Config::new().method(method), ..Request::style(style as u16) };
+        let (record, streamed) = Record::of_stream(database, clip, &request).ok()?;
+        Some((name, method, record, streamed))
+    })
+}
 
 /// A measure that builds databases from the clips of a folder.
 pub trait OnClips: clap::Args {

@@ -9,20 +9,17 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use anyhow::Result;
 use gestus_core::{Config, Database, Method};
-use gestus_database::{
-    registration::contact::legs,
-    stream::{Request, stream},
-};
+use gestus_database::registration::contact::legs;
 use gestus_motion::{body::Body, clip::Clip, corpus::Corpus};
 use nalgebra::DVector;
 use serde_json::json;
 
 use crate::{
-    baselines::outputs::{ClassNeighbors, Outputs, Record, interpolated},
+    baselines::outputs::{ClassNeighbors, Outputs, interpolated},
     evaluation::{Evaluation, row},
     experiment::{Experiment, HeldOut},
     fold::each,
-    measures::{METHODS, OnClips, Uses},
+    measures::{OnClips, Uses, streamed},
     metrics::performance::Performance,
     plots::{self, Labels},
     report::{html::Figure, table},
@@ -92,11 +89,7 @@ fn outputs(corpus: &Corpus, body: &Body, database: &Database<'_>, fold: HeldOut)
     let (test, truth) = (&corpus.examples[fold.test], &corpus.examples[fold.truth]);
     let judged = |method: &'static str, clip: Clip| Judged { method, fold, clip };
     let mut all = vec![judged("real", truth.clip.clone()), judged("unchanged", test.clip.clone())];
-    for (name, method) in METHODS {
-        let request = Request { config: Config::new().method(method), ..Request::style(fold.style as u16) };
-        let mut record = Record::of(database);
-        // A database without the method's section has no such row.
-        let Ok(streamed) = stream(database, &test.clip, &request, &mut record) else { continue };
+    for (name, method, record, streamed) in streamed(database, &test.clip, fold.style) {
         all.push(judged(name, streamed.clip(&test.clip, corpus.rate_hz)));
         if method == Method::Mar {
             let of = |near: &[ClassNeighbors]| {

@@ -18,7 +18,7 @@ mod timing;
 
 use anyhow::Result;
 use gestus_core::{Config, Database};
-use gestus_database::stream::{Request, stream};
+use gestus_database::stream::Request;
 use gestus_motion::body::Body;
 
 use crate::{
@@ -71,8 +71,9 @@ fn labelled(experiment: &Experiment, body: &Body, held: HeldOut, database: &Data
         input_style: Some(example.style as u16),
         ..Request::style(fold.style as u16)
     };
-    let mut record = Record::of(database);
-    let Ok(streamed) = stream(database, &example.clip, &request, &mut record) else { return Vec::new() };
+    let Ok((record, streamed)) = Record::of_stream(database, &example.clip, &request) else {
+        return Vec::new();
+    };
     let examples = examples(database, class, fold.style, Outputs::Mean);
     let mut rows = search::rows(&fold, database, class, &examples, &record);
     rows.extend(timing::rows(&fold, database, class, &examples, (&record, &streamed)));

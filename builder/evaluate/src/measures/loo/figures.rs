@@ -1,10 +1,7 @@
 //! Plots of the leave-one-out measure.
 
 use gestus_core::{Config, Database, Method, blob::layout::dof};
-use gestus_database::{
-    build::BuildError,
-    stream::{Request, stream},
-};
+use gestus_database::build::BuildError;
 use gestus_motion::{
     body::{Body, row_at},
     corpus::Corpus,
@@ -12,10 +9,10 @@ use gestus_motion::{
 };
 
 use crate::{
-    baselines::outputs::{ClassNeighbors, GlobalModel, Outputs, Record, Variables, interpolated},
+    baselines::outputs::{ClassNeighbors, GlobalModel, Outputs, Variables, interpolated},
     experiment::Experiment,
     fold::{Fold, Row, class_of, own_dofs},
-    measures::METHODS,
+    measures::streamed,
     metrics::matched,
     plots::{self, Labels},
     report::{html::Figure, table::distinct},
@@ -106,10 +103,7 @@ pub(in crate::measures) fn curves(experiment: &Experiment) -> Result<Vec<Figure>
 fn courses(fold: &Fold<'_>, database: &Database<'_>) -> Vec<Course> {
     let example = &fold.corpus.examples[fold.test];
     let mut courses = Vec::new();
-    for (method, kind) in METHODS {
-        let request = Request { config: Config::new().method(kind), ..Request::style(fold.style as u16) };
-        let mut record = Record::of(database);
-        let Ok(streamed) = stream(database, &example.clip, &request, &mut record) else { continue };
+    for (method, kind, record, streamed) in streamed(database, &example.clip, fold.style) {
         let steps = streamed.steps.iter().map(|s| f64::from(s.report.predicted_step_s)).collect();
         let rows = own_dofs(fold, database, &record.predicted);
         // Statistics have the input's time.
@@ -117,7 +111,7 @@ fn courses(fold: &Fold<'_>, database: &Database<'_>) -> Vec<Course> {
         courses.push(Course { method, rows, steps_s });
         if kind == Method::Mar {
             let of = |classes: &[ClassNeighbors]| {
-                let most = usize::from(request.config.k);
+                let most = usize::from(Config::new().k);
                 interpolated(database, &classes.iter().collect::<Vec<_>>(), most, fold.style, Outputs::Mean)
             };
             let rows = own_dofs(fold, database, &record.each(of));

@@ -15,12 +15,7 @@ use crate::{
     measures::{OnClips, Uses, growth},
     report::table,
 };
-use gestus_database::{
-    build::BuildError,
-    command_line::progress,
-    stream::{Request, stream},
-    synth::affine,
-};
+use gestus_database::{build::BuildError, command_line::progress, stream::Request, synth::affine};
 use gestus_motion::{body::Body, corpus::Corpus};
 
 /// Options of `gestus evaluate loo`.
@@ -222,8 +217,7 @@ fn mixture(
     let method =
         if suffix == "-labelled" { name.replace("mixture", "local-ar") } else { format!("{name}{suffix}") };
     let request = Request { config: *config, action, input_style, ..Request::style(fold.style as u16) };
-    let mut record = Record::of(database);
-    let Ok(streamed) = stream(database, &example.clip, &request, &mut record) else { return };
+    let Ok((record, streamed)) = Record::of_stream(database, &example.clip, &request) else { return };
     let predicted = own_dofs(fold, database, &record.predicted);
     rows.push(fold.row(&method, &predicted, Some(&streamed)));
     if compared {

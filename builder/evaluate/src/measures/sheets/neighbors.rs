@@ -2,11 +2,7 @@
 
 use anyhow::Result;
 use gestus_core::Database;
-use gestus_database::{
-    blob::export::class_names,
-    build::BuildError,
-    stream::{Request, stream},
-};
+use gestus_database::{blob::export::class_names, build::BuildError, stream::Request};
 use gestus_motion::{body::Body, statistics::mean};
 use serde_json::json;
 
@@ -42,8 +38,7 @@ pub(super) fn drawn(
         .classes()
         .map(|c| class_names(&manifest, c).into_iter().flatten().collect::<Vec<_>>().join(" "))
         .collect();
-    let mut record = Record::of(database);
-    stream(database, clip, &Request::style(0), &mut record).map_err(anyhow::Error::msg)?;
+    let (record, _) = Record::of_stream(database, clip, &Request::style(0)).map_err(anyhow::Error::msg)?;
     let pose = |dofs: &[f64]| body.pose(dofs, [0.0; 2], 0.0);
     let (mut rows, mut figures) = (Vec::new(), Vec::new());
     for moment in 0..MOMENTS {

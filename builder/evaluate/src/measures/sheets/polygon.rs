@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use gestus_core::Database;
-use gestus_database::stream::{Request, stream};
+use gestus_database::stream::Request;
 use gestus_motion::body::Body;
 use serde_json::json;
 
@@ -75,8 +75,7 @@ pub(super) fn drawn(
     let mut poses = Vec::new();
     for place in &places {
         let request = Request { style: place.weights.clone(), ..Request::style(experiment.from as u16) };
-        let mut record = Record::of(database);
-        stream(database, clip, &request, &mut record).map_err(anyhow::Error::msg)?;
+        let (mut record, _) = Record::of_stream(database, clip, &request).map_err(anyhow::Error::msg)?;
         poses.push((record.x.swap_remove(moment), record.predicted.swap_remove(moment)));
     }
     let corner = |style: u16| {
