@@ -61,6 +61,11 @@ pub fn rest_positions(skeleton: &Skeleton) -> Vec<Vector3<f64>> {
     positions
 }
 
+/// Whether a joint's name, or that of one above it, says that it is on a hand.
+pub fn on_hand(skeleton: &Skeleton, joint: usize) -> bool {
+    skeleton.path(joint).iter().any(|&j| names().is_hand(&skeleton.names[j]))
+}
+
 /// Side by name: 0 left, 1 right.
 fn side_of(name: &str) -> Option<usize> {
     names::side(name).map(Side::index)
@@ -89,7 +94,8 @@ fn leg(skeleton: &Skeleton, rest: &[Vector3<f64>], side: usize) -> Option<[usize
         .max_by_key(|c| c.len());
     let lowest = || {
         let depth = |c: &&Vec<usize>| rest[c[c.len() - 1]].y;
-        chains.iter().min_by(|a, b| depth(a).total_cmp(&depth(b)))
+        let is_leg = |c: &&Vec<usize>| !on_hand(skeleton, c[c.len() - 1]);
+        chains.iter().filter(is_leg).min_by(|a, b| depth(a).total_cmp(&depth(b)))
     };
     let chain = named.or_else(lowest)?;
     // Some skeletons put a joint of no length between hips and thigh (`LHipJoint`): the thigh and the shin are

@@ -71,6 +71,7 @@ pub struct Names {
     prefixes: Vec<String>,
     sided: Vec<String>,
     arms: Vec<String>,
+    hands: Vec<String>,
     legs: Vec<String>,
     /// Known families, the more common ones first.
     #[serde(rename = "family")]
@@ -99,6 +100,12 @@ impl Names {
     pub fn is_arm(&self, name: &str) -> bool {
         let name = name.to_ascii_lowercase();
         self.arms.iter().any(|word| name.contains(word))
+    }
+
+    /// True if a name has a word for a hand or a finger.
+    pub fn is_hand(&self, name: &str) -> bool {
+        let name = name.to_ascii_lowercase();
+        self.hands.iter().any(|word| name.contains(word))
     }
 
     /// True if a name has a word for a part of a leg.

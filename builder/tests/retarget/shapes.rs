@@ -55,6 +55,17 @@ fn shapes_of_many_joints_are_looked_at_in_bounded_time() {
     }
 }
 
+#[test]
+fn fingers_are_no_legs() {
+    let body = Foreign::new().named(|j, _| format!("joint{j}"));
+    body.map();
+    // The same shape, on a hand.
+    let hand = Foreign::new().named(|j, _| if j == 0 { "palm".to_owned() } else { format!("joint{j}") });
+    let error = Retarget::new(&database(), &hand.0, &MapFile::default()).unwrap_err();
+    let MapError::Source(IdentifyError::Missing { shape, .. }) = &error else { panic!("{error}") };
+    assert_eq!(*shape, ShapeError::NoLegs.to_string());
+}
+
 /// Exchanged sides turn a body around, so they are not guessed.
 #[test]
 fn sides_that_nothing_shows_are_not_guessed() {

@@ -20,6 +20,7 @@ use crate::retarget::{
 };
 use gestus_motion::{
     clip::{Frame, Skeleton},
+    landmarks::on_hand,
     names,
 };
 
@@ -64,7 +65,8 @@ pub enum ShapeError {
     #[error("it has more than {MAX_JOINTS} joints, too many to look at")]
     Joints,
     #[error(
-        "no joint carries two similar limbs of two bones each, as hips carry legs: legs of one bone have no knees to bend"
+        "no joint carries two similar limbs of two bones each, as hips carry legs: legs of one bone have no knees to bend, and fingers are \
+         no legs"
     )]
     NoLegs,
     #[error(
@@ -113,7 +115,10 @@ pub fn find(skeleton: &Skeleton, frames: &[Frame]) -> Result<Shape, ShapeError> 
     let longest = pairs.iter().map(|pair| pair.length).fold(0.0, f64::max);
     pairs.retain(|pair| {
         let [a, b] = pair.limbs;
-        pair.length > LONG * longest && mean(&|p| (p[a[1]] - p[b[1]]).norm()) > APART * pair.length
+        let is_finger = pair.limbs.iter().any(|limb| on_hand(skeleton, limb[0]));
+        !is_finger
+            && pair.length > LONG * longest
+            && mean(&|p| (p[a[1]] - p[b[1]]).norm()) > APART * pair.length
     });
     let low = |pair: &&Pair| height(pair.limbs[0][2]) + height(pair.limbs[1][2]);
     let Some(mut legs) = pairs.iter().min_by(|a, b| low(a).total_cmp(&low(b))).cloned() else {
