@@ -9,16 +9,13 @@
 
 use rayon::prelude::*;
 
-use super::config::FILE_NAME;
+use super::{config::FILE_NAME, left_out::first_of};
 use crate::registration::floor::{LEVEL_M, Supports, standing};
 use gestus_motion::{
     clip::Clip,
     landmarks::Landmarks,
     statistics::{quantile, sorted},
 };
-
-/// Most clips that a message names.
-const NAMED: usize = 3;
 
 /// Moves each clip onto a floor at zero, from the height that is given for it or found. Returns by how much each was
 /// lowered, metres.
@@ -64,11 +61,8 @@ fn floors(found: &[Option<f64>], near_m: f64, same_m: f64) -> Vec<f64> {
 /// A line about the clips that were moved.
 pub(super) fn note(floors: &[(String, f64)]) -> Option<String> {
     let said = |(name, height): &(String, f64)| format!("{name} is on a floor at {height:.2} m");
-    let mut list: Vec<String> = floors.iter().take(NAMED).map(said).collect();
-    let more = floors.len().checked_sub(NAMED).filter(|more| *more > 0);
-    list.extend(more.map(|more| format!("{more} more clips on others")));
-    (!list.is_empty()).then(|| {
-        let list = list.join(", ");
-        format!("{list}: moved to one at zero (`floor`, or `[floors]` for single files, in {FILE_NAME} states another)")
-    })
+    let list = first_of(floors.iter().map(said), "more clips on others")?;
+    Some(format!(
+        "{list}: moved to one at zero (`floor`, or `[floors]` for single files, in {FILE_NAME} states another)"
+    ))
 }

@@ -10,6 +10,17 @@ use super::{config::FILE_NAME, pattern::example};
 /// Most clips that a line names, and most files that get a line each.
 const NAMED: usize = 3;
 
+/// The first items of a list, and how many `more` there are; `None` where there is none.
+pub(super) fn first_of(items: impl IntoIterator<Item = String>, more: &str) -> Option<String> {
+    let mut list: Vec<String> = items.into_iter().collect();
+    let count = list.len();
+    if count > NAMED {
+        list.truncate(NAMED);
+        list.push(format!("{} {more}", count - NAMED));
+    }
+    (count > 0).then(|| list.join(", "))
+}
+
 /// Why a clip is left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Reason {

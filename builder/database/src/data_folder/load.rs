@@ -121,6 +121,7 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
     notes.extend(cut::over_the_ground(&mut clips));
     notes.extend(kinds::of_motion(config, &mut clips));
     let clips = registrable(clips, &mut left_out);
+    notes.extend(cut::without_motion(&clips));
     let (clips, floors) = match &rig {
         Some(rig) => {
             let (clips, mut floors) = onto_rig(clips, rig, &mut left_out, &mut notes);
@@ -135,18 +136,11 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
             (clips, floors)
         }
     };
-    let mut units: Vec<String> = Vec::new();
-    let mut doubt = None;
-    let mut performances: Vec<Performance> = Vec::new();
-    for clip in clips {
-        let Annotation { action, style, take, kind } = clip.annotation;
-        if let Some(unit) = clip.guessed.filter(|unit| !units.contains(unit)) {
-            units.push(unit);
-        }
-        doubt = doubt.or(clip.doubt);
-        let (clip, licence) = (clip.clip, config.licence.clone());
-        performances.push(Performance { clip, kind, action, style, take, licence });
-    }
+    let (doubt, units) = (clips.iter().find_map(|clip| clip.doubt.clone()), guessed_units(&clips));
+    let performance = |Bound { annotation: Annotation { action, style, take, kind }, clip, .. }| {
+        Performance { clip, kind, action, style, take, licence: config.licence.clone() }
+    };
+    let performances: Vec<Performance> = clips.into_iter().map(performance).collect();
     refuse_if_strict(config, &place, &left_out)?;
     if performances.is_empty() {
         return Err(LoadError::Empty { folder: place, detail: selection(config, &left_out) });
@@ -165,15 +159,24 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
     }
     notes.extend(doubt);
     notes.extend(floors::note(&floors));
-    if !units.is_empty() {
-        let units = units.join(" and ");
-        notes.push(format!(
-            "lengths are taken as {units}, by the body's size (`unit` in {FILE_NAME} says otherwise)"
-        ));
-    }
+    notes.extend(units);
     notes.extend(left_out.iter().map(ToString::to_string));
     notes.extend(licence_beside(&folder, config));
     Ok(Loaded { corpus, notes, floors, left_out, rig })
+}
+
+/// What to tell about units that were guessed.
+fn guessed_units(clips: &[Bound]) -> Option<String> {
+    let mut units: Vec<&str> = Vec::new();
+    for unit in clips.iter().filter_map(|clip| clip.guessed.as_deref()) {
+        if !units.contains(&unit) {
+            units.push(unit);
+        }
+    }
+    let list = units.join(" and ");
+    (!units.is_empty()).then(|| {
+        format!("lengths are taken as {list}, by the body's size (`unit` in {FILE_NAME} says otherwise)")
+    })
 }
 
 /// Under `strict`, refuses a folder of which something was left out.

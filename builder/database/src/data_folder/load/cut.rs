@@ -1,17 +1,22 @@
-//! Clips that are several motions in one file, and bodies that walk in place.
+//! Clips that are several motions in one file, bodies that walk in place, and bodies that do not move.
 
-use gestus_motion::{body::Body, clip::Clip, corpus::Corpus, landmarks::Landmarks};
+use gestus_motion::{
+    body::Body,
+    clip::{Clip, Frame},
+    corpus::Corpus,
+    landmarks::Landmarks,
+};
 use rayon::prelude::*;
 
 use super::Bound;
 use crate::{
-    data_folder::left_out::{LeftOut, Reason},
+    data_folder::left_out::{LeftOut, Reason, first_of},
     registration::{contact::low_legs, has_cycles, timeline::Kind},
     stream::course::{Course, leaps},
 };
 
-/// Most clips that a message names.
-const NAMED: usize = 3;
+/// Turn of a joint that is none, radians.
+const STILL_RAD: f64 = 1e-4;
 /// Least part of a whole action's clip that is the action: a calibration pose before or after it is less than the rest.
 const NEARLY_ALL: f64 = 0.9;
 
@@ -75,9 +80,24 @@ pub(super) fn over_the_ground(clips: &mut [Bound]) -> Option<String> {
             Some((clip.name.clone(), course.speed_m_s))
         })
         .collect();
-    let named = moved.iter().take(NAMED).map(|(name, speed)| format!("{name} at {speed:.2} m/s"));
-    let mut list: Vec<String> = named.collect();
-    list.extend(moved.len().checked_sub(NAMED).filter(|&n| n > 0).map(|more| format!("{more} more clips")));
-    (!list.is_empty())
-        .then(|| format!("{}: walking in place, so moved over the ground by their feet", list.join(", ")))
+    let named = moved.into_iter().map(|(name, speed)| format!("{name} at {speed:.2} m/s"));
+    let list = first_of(named, "more clips")?;
+    Some(format!("{list}: walking in place, so moved over the ground by their feet"))
+}
+
+/// What to tell about clips in which no joint but the root turns.
+pub(super) fn without_motion(clips: &[Bound]) -> Option<String> {
+    let stiff = |bound: &&Bound| {
+        let frames = &bound.clip.frames;
+        let turns = |frame: &Frame| {
+            let mut joints = frame.rotations.iter().zip(&frames[0].rotations).skip(1);
+            joints.any(|(a, b)| a.angle_to(b) > STILL_RAD)
+        };
+        !frames.iter().any(turns)
+    };
+    let list = first_of(clips.iter().filter(stiff).map(|bound| bound.clip.name.clone()), "more clips")?;
+    Some(format!(
+        "{list}: no joint but the root turns, as where a motion was lost; the database learns such clips too: take them out \
+         if they are no motion"
+    ))
 }

@@ -7,7 +7,7 @@ use crate::{
     synth::performance,
 };
 use gestus_motion::{formats::bvh::Bvh, unit::Unit};
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 fn generated() -> Clip {
     performance(1, "walk", "neutral", 30.0, 4.0).unwrap().clip
@@ -82,6 +82,45 @@ fn a_clip_of_one_frame_at_another_rate_decides_nothing() {
     assert_eq!((loaded.corpus.rate_hz, loaded.left_out.len()), (30.0, 1), "{:?}", loaded.notes);
     let slower = folder.load("rate_hz = 20").unwrap();
     assert_eq!((slower.corpus.rate_hz, slower.corpus.examples[0].clip.rate_hz), (20.0, 20.0));
+}
+
+/// A recording whose rotations were lost has the kind of its name, and was learned without a word.
+#[test]
+fn clips_in_which_no_joint_turns_are_told() {
+    let folder = Folder::new("stiff");
+    for take in 1..=4 {
+        folder.write("punch", &format!("punch_a_{take}.bvh"), 120, |clip| {
+            for frame in &mut clip.frames {
+                frame.rotations[1..].fill(UnitQuaternion::identity());
+            }
+        });
+    }
+    folder.write("punch", "punch_b_1.bvh", 120, |_| ());
+    let loaded = folder.load("").unwrap();
+    let said = "punch_a_1, punch_a_2, punch_a_3, 1 more clips: no joint but the root turns";
+    assert!(loaded.notes.iter().any(|note| note.starts_with(said)), "{:?}", loaded.notes);
+    assert_eq!((loaded.corpus.examples.len(), loaded.left_out.len()), (5, 0));
+}
+
+/// The two lowest fingers of a hand became the legs of a database.
+#[test]
+fn a_hand_is_no_body() {
+    let folder = Folder::new("hand");
+    folder.write("punch", "punch_a_1.bvh", 120, |clip| {
+        let mut names = vec!["Wrist".to_owned()];
+        let (mut parents, mut offsets) = (vec![None], vec![Vector3::zeros()]);
+        for (f, finger) in ["Thumb", "Index", "Middle", "Ring", "Pinky"].iter().enumerate() {
+            for bone in 0..4 {
+                parents.push(Some(if bone == 0 { 0 } else { names.len() - 1 }));
+                names.push(format!("{finger}{bone}"));
+                offsets.push(Vector3::new(0.02 * (f as f64 - 2.0), -0.4, 0.0));
+            }
+        }
+        clip.skeleton = Arc::new(Skeleton { names, parents, offsets });
+        clip.frames.iter_mut().for_each(|frame| frame.rotations.resize(21, UnitQuaternion::identity()));
+    });
+    let error = folder.load("unit = 'cm'").unwrap_err();
+    assert!(matches!(error, LoadError::Landmark(..)), "{error}");
 }
 
 #[test]
