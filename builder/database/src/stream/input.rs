@@ -20,8 +20,8 @@ use crate::{
         far,
         left_alone::leave_moments_alone,
         looped::Round,
-        mended::Mended,
         reading::bind,
+        repair::Repaired,
         turn_limit::{FASTER, fastest, limited},
     },
 };
@@ -81,8 +81,8 @@ pub struct Input {
     place: Vector3<f64>,
     /// The file's first pose, where it is no part of the motion.
     first: Option<Frame>,
-    /// What was mended in the file.
-    mended: Vec<String>,
+    /// What was repaired in the file.
+    repairs: Vec<String>,
     /// A warning about a clip whose file is too coarse.
     coarse: Option<String>,
 }
@@ -115,14 +115,14 @@ impl Input {
         options: &InputOptions,
     ) -> Result<Self> {
         let (document, binding, clip) = bind(document, path, database, options.unit)?;
-        Self::of(document, binding, Mended::of(&clip), database, options)
+        Self::of(document, binding, Repaired::of(&clip), database, options)
             .with_context(|| path.display().to_string())
     }
 
     fn of(
         document: Document,
         binding: Binding,
-        Mended { clip: original, first, notes }: Mended,
+        Repaired { clip: original, first, notes: repairs }: Repaired,
         database: &Database<'_>,
         options: &InputOptions,
     ) -> Result<Self> {
@@ -155,7 +155,6 @@ impl Input {
         }
         // A loop does not come back to it.
         let first = first.filter(|_| round.is_none());
-        let mended = notes;
         Ok(Self {
             document,
             binding,
@@ -167,7 +166,7 @@ impl Input {
             round,
             place,
             first,
-            mended,
+            repairs,
             coarse,
         })
     }
@@ -227,7 +226,7 @@ impl Input {
             .notes()
             .iter()
             .cloned()
-            .chain(self.mended.clone())
+            .chain(self.repairs.clone())
             .chain(doubts)
             .chain(floor)
             .chain(course)

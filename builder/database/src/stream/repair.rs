@@ -1,4 +1,4 @@
-//! What of a file is no motion: poses that are held for several frames, and a first pose that is elsewhere.
+//! Repairs what is no motion in a file: poses that are held for several frames, and a first pose that is elsewhere.
 //!
 //! Both are leaps to a stylizer, which holds its pose at a leap. Held poses are keys, each at the first of its frames, and the
 //! motion goes straight from key to key. A first pose from which the body leaps, such as a calibration pose, is
@@ -16,7 +16,7 @@ const REPEATED: f64 = 0.4;
 const SAME: f64 = 1e-6;
 
 /// A clip to stream.
-pub struct Mended {
+pub struct Repaired {
     /// The clip, of as many frames.
     pub clip: Clip,
     /// Its first pose, where that is not streamed.
@@ -25,24 +25,24 @@ pub struct Mended {
     pub notes: Vec<String>,
 }
 
-impl Mended {
-    /// Mends a clip at its file's rate.
+impl Repaired {
+    /// Repairs a clip at its file's rate.
     pub fn of(clip: &Clip) -> Self {
-        let mut mended = Self { clip: clip.clone(), first: None, notes: Vec::new() };
-        let frames = &mut mended.clip.frames;
+        let mut repaired = Self { clip: clip.clone(), first: None, notes: Vec::new() };
+        let frames = &mut repaired.clip.frames;
         if leaps(clip) == [1] && frames.len() > 2 {
             let by = (frames[1].root - frames[0].root).norm();
-            mended.notes.push(format!(
+            repaired.notes.push(format!(
                 "the body leaps by {by:.1} m after its first pose, which is left as it is: the motion begins with the second"
             ));
-            mended.first = Some(std::mem::replace(&mut frames[0], clip.frames[1].clone()));
+            repaired.first = Some(std::mem::replace(&mut frames[0], clip.frames[1].clone()));
             frames[0].root = clip.frames[1].root * 2.0 - clip.frames[2].root;
         }
-        if let Some(keys) = held(frames, clip.rate_hz) {
+        if let Some(keys) = keys(frames, clip.rate_hz) {
             let rate_hz = clip.rate_hz;
-            let held = frames.len() as f64 / keys.len() as f64;
-            mended.notes.push(format!(
-                "its poses are held for {held:.1} frames of {rate_hz:.0} a second: taken as keys, with motion between them"
+            let frames_a_key = frames.len() as f64 / keys.len() as f64;
+            repaired.notes.push(format!(
+                "its poses are held for {frames_a_key:.1} frames of {rate_hz:.0} a second: taken as keys, with motion between them"
             ));
             for pair in keys.windows(2) {
                 let [from, to] = [pair[0], pair[1]].map(|key| frames[key].clone());
@@ -51,12 +51,12 @@ impl Mended {
                 }
             }
         }
-        mended
+        repaired
     }
 }
 
 /// The frames that are keys where poses are held; frames in which the body stands are keys too.
-fn held(poses: &[Frame], rate_hz: f64) -> Option<Vec<usize>> {
+fn keys(poses: &[Frame], rate_hz: f64) -> Option<Vec<usize>> {
     let count = poses.len();
     let longest = (HELD_S * rate_hz).round() as usize;
     let repeats = |t: usize| {
@@ -106,9 +106,9 @@ mod tests {
     #[test]
     fn poses_that_are_held_are_keys() {
         for held in [2, 3] {
-            let mended = Mended::of(&clip((0..60).map(|t| f64::from(t / held * held) * 0.04)));
-            assert_eq!(mended.notes.len(), 1);
-            for (t, x) in places(&mended.clip).into_iter().take(57).enumerate() {
+            let repaired = Repaired::of(&clip((0..60).map(|t| f64::from(t / held * held) * 0.04)));
+            assert_eq!(repaired.notes.len(), 1);
+            for (t, x) in places(&repaired.clip).into_iter().take(57).enumerate() {
                 assert!((x - 0.04 * t as f64).abs() < 1e-9, "{held}: frame {t} at {x}");
             }
         }
@@ -116,8 +116,8 @@ mod tests {
         let plain = clip((0..60).map(|t| f64::from(t) * 0.04));
         let stops = clip((0..90).map(|t| f64::from((t - 30i32).clamp(0, 30)) * 0.04));
         for clip in [plain, stops] {
-            let mended = Mended::of(&clip);
-            assert!(mended.notes.is_empty() && places(&mended.clip) == places(&clip));
+            let repaired = Repaired::of(&clip);
+            assert!(repaired.notes.is_empty() && places(&repaired.clip) == places(&clip));
         }
     }
 
@@ -125,11 +125,11 @@ mod tests {
     #[test]
     fn a_first_pose_that_is_elsewhere_is_not_streamed() {
         let away = |t: i32| if t == 0 { 4.0 } else { f64::from(t) * 0.04 };
-        let mended = Mended::of(&clip((0..30).map(away)));
-        assert_eq!(mended.first.unwrap().root.x, 4.0);
-        assert!(mended.clip.frames[0].root.x.abs() < 1e-9 && mended.notes.len() == 1);
+        let repaired = Repaired::of(&clip((0..30).map(away)));
+        assert_eq!(repaired.first.unwrap().root.x, 4.0);
+        assert!(repaired.clip.frames[0].root.x.abs() < 1e-9 && repaired.notes.len() == 1);
         // Two places are two takes.
         let twice = |t: i32| if t < 9 { away(t) } else { 8.0 };
-        assert!(Mended::of(&clip((0..30).map(twice))).first.is_none());
+        assert!(Repaired::of(&clip((0..30).map(twice))).first.is_none());
     }
 }
