@@ -43,7 +43,7 @@ pub fn run(base: &str, quick: bool) -> Result<Outcome> {
     let commands: String = cases.iter().map(|c| format!("{}\n", c.line())).collect();
 
     build_base(&kept, revision.trim())?;
-    build_tree(&tree)?;
+    build(root(), &tree)?;
     let outputs = if quick { "quick" } else { "full" };
     let old = kept.join(outputs);
     if fs::read_to_string(old.join(COMMANDS)).ok().as_ref() != Some(&commands) {
@@ -86,10 +86,6 @@ fn build_base(folder: &Path, revision: &str) -> Result<()> {
     let built = build(&checkout, folder);
     run_command(command("git").args(["worktree", "remove", "--force"]).arg(&checkout))?;
     built
-}
-
-fn build_tree(folder: &Path) -> Result<()> {
-    build(root(), folder)
 }
 
 /// Builds the programs of a checkout and copies them into a folder. Both checkouts share one target folder, and with

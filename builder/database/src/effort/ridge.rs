@@ -185,11 +185,6 @@ pub fn gammas(width: usize) -> impl Iterator<Item = f64> {
     (-5..=1).map(move |i| 2f64.powi(i) / width.max(1) as f64)
 }
 
-/// Values of λ that are tried.
-pub fn lambdas() -> impl Iterator<Item = f64> {
-    (-6..=2).map(|i| 10f64.powf(0.5 * f64::from(i)))
-}
-
 /// A kernel and its values for the training examples.
 pub type Tabled = (Kernel, DMatrix<f64>);
 
@@ -197,7 +192,7 @@ pub type Tabled = (Kernel, DMatrix<f64>);
 pub fn choose(kernels: &[Tabled], targets: &[Vec<f64>]) -> Vec<(usize, f64, f64)> {
     let mut best = vec![(0, 1.0, f64::INFINITY); targets.len()];
     for (index, (kernel, matrix)) in kernels.iter().enumerate() {
-        for lambda in lambdas() {
+        for lambda in (-6..=2).map(|i| 10f64.powf(0.5 * f64::from(i))) {
             for (best, error) in best.iter_mut().zip(cross_validate(*kernel, matrix, lambda, targets)) {
                 if error < best.2 {
                     *best = (index, lambda, error);

@@ -29,11 +29,8 @@ impl Kind {
         // Whole words at the start, so that `run-turn` is a gait and `return` is none.
         let is_gait = name
             .split(|c: char| !c.is_alphabetic())
-            .any(|word| GAITS.iter().any(|gait| word.strip_prefix(gait).is_some_and(is_ending)));
+            .filter_map(|word| GAITS.iter().find_map(|gait| word.strip_prefix(gait)))
+            .any(|ending| matches!(ending, "" | "s" | "ing" | "ning" | "ging" | "ting"));
         if is_gait { Kind::Gait } else { Kind::Whole }
     }
-}
-
-fn is_ending(rest: &str) -> bool {
-    matches!(rest, "" | "s" | "ing" | "ning" | "ging" | "ting")
 }

@@ -169,11 +169,6 @@ impl<'b> Curves<'b> {
         translations.chain(nodes.iter().filter_map(|n| self.rotations.get(n).map(Curve::times)))
     }
 
-    /// Number of keys of the longest curve.
-    fn max_keys(&self, nodes: &[usize]) -> usize {
-        self.times(nodes).map(<[f64]>::len).max().unwrap_or(0)
-    }
-
     /// First and last time over all curves of the body, and the rate.
     pub fn timeline(&self, nodes: &[usize]) -> (f64, f64, f64) {
         let all: Vec<&[f64]> = self.times(nodes).collect();
@@ -236,7 +231,7 @@ impl<'b> Curves<'b> {
         let seconds = end - start;
         let frames = (seconds * rate_hz + 1e-3).floor();
         // Times are untrusted: two keys may be a day apart.
-        let most = MAX_FRAMES.max(self.max_keys(&nodes)) as f64;
+        let most = self.times(&nodes).map(<[f64]>::len).fold(MAX_FRAMES, usize::max) as f64;
         if frames > most || memory_of(frames as usize + 1, body.len()) > room {
             let (animation, joints) = (name.to_owned(), body.len());
             return Err(GltfErrorKind::TooLong { animation, seconds, joints, rate_hz });
