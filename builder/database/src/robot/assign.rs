@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use crate::retarget::parts::{Part, Side, split};
-use gestus_motion::formats::urdf::Robot;
+use gestus_motion::formats::urdf::{Mimic, Robot};
 
 use crate::robot::file::RobotMap;
 
@@ -171,7 +171,7 @@ pub fn assign(robot: &Robot, map: &RobotMap) -> Assignment {
         }
     }
     let (following, resting): (Vec<usize>, Vec<usize>) =
-        result.undriven.iter().partition(|&&h| robot.leader(h, &result.undriven).is_some());
+        result.undriven.iter().partition(|&&h| leader(robot, h, &result.undriven).is_some());
     for (hinges, what) in
         [(resting, "not driven, and resting at zero"), (following, "following another joint")]
     {
@@ -180,6 +180,22 @@ pub fn assign(robot: &Robot, map: &RobotMap) -> Assignment {
         }
     }
     result
+}
+
+/// The hinge that one without a motor moves with, at the end of those that it follows, and how. `None` if it has a motor,
+/// or follows no hinge. `undriven`: those without a motor.
+pub fn leader(robot: &Robot, hinge: usize, undriven: &[usize]) -> Option<(usize, Mimic)> {
+    let mut end = (hinge, Mimic { joint: String::new(), multiplier: 1.0, offset: 0.0 });
+    // A circle has no end.
+    for _ in 0..robot.hinges.len() {
+        let mimics = robot.hinges[end.0].mimics.as_ref().filter(|_| undriven.contains(&end.0));
+        let Some(Mimic { joint, multiplier, offset }) = mimics else {
+            return (end.0 != hinge).then_some(end);
+        };
+        let (offset, multiplier) = (end.1.multiplier * offset + end.1.offset, end.1.multiplier * multiplier);
+        end = (robot.find(joint)?, Mimic { joint: joint.clone(), multiplier, offset });
+    }
+    None
 }
 
 /// By the tree: the two lowest chains are legs, the two widest of the others arms. Chains whose part

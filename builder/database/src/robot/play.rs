@@ -7,7 +7,7 @@ use gestus_core::{
 use nalgebra::{Isometry3, UnitQuaternion};
 use serde_json::{Value, json};
 
-use crate::robot::machine::Machine;
+use crate::robot::{assign::leader, machine::Machine};
 use crate::stream;
 use gestus_motion::{
     clip::{Clip, Frame, rotation},
@@ -102,7 +102,7 @@ pub fn play_frames(machine: &Machine, frames: &[Frame]) -> Played {
         Drive::<MAX_HINGES>::new(machine.tables(), &[]).expect("as many hinges as a robot can have fit");
     let undriven = &machine.assignment.undriven;
     let followers: Vec<_> =
-        undriven.iter().filter_map(|&h| Some((h, machine.robot.leader(h, undriven)?))).collect();
+        undriven.iter().filter_map(|&h| Some((h, leader(&machine.robot, h, undriven)?))).collect();
     let ticks = frames.iter().map(|frame| {
         let driven = drive.step(&stream::to_pose::<MAX_JOINTS>(frame));
         let (mut motions, mut targets) = (drive.motions().to_vec(), drive.targets().to_vec());

@@ -13,10 +13,13 @@ use thiserror::Error;
 use crate::files::{self, FileError};
 
 mod held;
+mod mimic;
 mod shape;
 
 pub use held::Held;
 use held::{held, rest};
+pub use mimic::Mimic;
+use mimic::mimic;
 pub use shape::Shape;
 use shape::{isometry, shapes};
 
@@ -25,9 +28,6 @@ pub const TOY: &str = include_str!("../../assets/toy.urdf");
 
 /// Greatest rate of a hinge, in rad/s and its derivatives.
 pub const MAX_RATE: f64 = 1e6;
-
-/// Greatest multiplier and offset of a joint that follows another one.
-const MAX_FOLLOWED: f64 = 1e3;
 
 /// Largest file, bytes.
 pub const MAX_BYTES: usize = 4 << 20;
@@ -63,17 +63,6 @@ pub struct Hinge {
     pub jerk: Option<f64>,
     /// What it follows, for one without a motor of its own.
     pub mimics: Option<Mimic>,
-}
-
-/// How a hinge follows a joint: `angle = multiplier * the joint's + offset`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Mimic {
-    /// The joint's name.
-    pub joint: String,
-    /// 1 where the file says none.
-    pub multiplier: f64,
-    /// Radians; 0 where the file says none.
-    pub offset: f64,
 }
 
 /// A link behind a fixed joint, such as the end of a limb.
@@ -167,23 +156,6 @@ impl Robot {
     /// Index of the hinge of that name.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.hinges.iter().position(|h| h.name == name)
-    }
-
-    /// The hinge that one without a motor moves with, at the end of those that it follows, and how. `None` if it has a motor,
-    /// or follows no hinge. `undriven`: those without a motor.
-    pub fn leader(&self, hinge: usize, undriven: &[usize]) -> Option<(usize, Mimic)> {
-        let mut end = (hinge, Mimic { joint: String::new(), multiplier: 1.0, offset: 0.0 });
-        // A circle has no end.
-        for _ in 0..self.hinges.len() {
-            let mimics = self.hinges[end.0].mimics.as_ref().filter(|_| undriven.contains(&end.0));
-            let Some(Mimic { joint, multiplier, offset }) = mimics else {
-                return (end.0 != hinge).then_some(end);
-            };
-            let (offset, multiplier) =
-                (end.1.multiplier * offset + end.1.offset, end.1.multiplier * multiplier);
-            end = (self.find(joint)?, Mimic { joint: joint.clone(), multiplier, offset });
-        }
-        None
     }
 
     /// Frames behind the hinges at those angles, in the base's frame. Shape `[hinges]`.
@@ -396,17 +368,6 @@ fn hinge(
     }
     // Numbers that stand for no limit are beyond what tables can hold. Infinite is what the file does not say.
     let rate = |v: f64| Some(v).filter(|v| v.is_finite() && *v > 1e-3).map(|v| v.min(MAX_RATE));
-    let mimics = joint.mimic.as_ref().map(|mimic| Mimic {
-        joint: mimic.joint.clone(),
-        multiplier: mimic.multiplier.unwrap_or(1.0),
-        offset: mimic.offset.unwrap_or(0.0),
-    });
-    if mimics
-        .iter()
-        .any(|m| [m.multiplier, m.offset].iter().any(|v| !v.is_finite() || v.abs() > MAX_FOLLOWED))
-    {
-        return Err(format!("the numbers of its `mimic` are beyond {MAX_FOLLOWED}"));
-    }
     Ok(Some(Hinge {
         name: joint.name.clone(),
         link: joint.child.link.clone(),
@@ -417,7 +378,7 @@ fn hinge(
         velocity: rate(joint.limit.velocity),
         acceleration: rate(joint.limit.acceleration),
         jerk: rate(joint.limit.jerk),
-        mimics,
+        mimics: mimic(joint)?,
     }))
 }
 
