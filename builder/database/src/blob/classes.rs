@@ -21,6 +21,11 @@ pub struct ClassRows {
     pub cycles: usize,
 }
 
+/// Most neighbors that the core takes of a class with so many searchable frames: a neighborhood is a small part of it.
+pub fn k_cap(searchable: usize) -> usize {
+    (searchable / 8).clamp(4, usize::from(u16::MAX)).min(searchable)
+}
+
 /// Encodes the classes, each with its number of searchable frames and its graph.
 pub fn encode(classes: &[ClassRows], searchable: &[usize], graphs: &[ClassGraph]) -> Vec<u8> {
     let each = classes.iter().zip(searchable).zip(graphs);
@@ -29,8 +34,7 @@ pub fn encode(classes: &[ClassRows], searchable: &[usize], graphs: &[ClassGraph]
 
 fn record(c: &ClassRows, searchable: usize, entries: &[u16]) -> [u8; class::LENGTH] {
     let mut record = [0; class::LENGTH];
-    // A neighborhood is a small part of its class.
-    let cap = (searchable / 8).clamp(4, usize::from(u16::MAX)).min(searchable);
+    let cap = k_cap(searchable);
     for (range, value) in [
         (class::FIRST_ROW, c.first_row),
         (class::ROWS, c.rows),

@@ -39,7 +39,9 @@ impl<'a> Estimated<'a> {
 
     fn encode(&self, options: &BuildOptions, shared: &Shared, extent: Extent) -> Result<Vec<u8>, BuildError> {
         let Source { clips, frames, paired, .. } = self.source;
-        let all = Stored { clips, frames, pairing: &paired.pairing, first_frames: &frames.first_rows };
+        let source = (*clips, *frames);
+        let all =
+            Stored { clips, frames, pairing: &paired.pairing, first_frames: &frames.first_rows, all: source };
         if options.cycles == 0 || options.cycles >= self.source.choices().most() {
             return self.encode_stored(&all, options, shared, extent);
         }
@@ -49,7 +51,7 @@ impl<'a> Estimated<'a> {
         let clips = cut.clips(clips);
         let frames = Frames::new(&clips)?;
         let first_frames = &cut.first_frames;
-        let stored = Stored { clips: &clips, frames: &frames, pairing: &pairing, first_frames };
+        let stored = Stored { clips: &clips, frames: &frames, pairing: &pairing, first_frames, all: source };
         self.encode_stored(&stored, options, shared, extent)
     }
 

@@ -19,7 +19,7 @@ use crate::{
         falls::falls,
         features::{Cloud, FeatureSpace, clouds},
         graph::{ClassFeatures, ClassGraph, build_graph},
-        trust_limits::{trust_limits, turning},
+        trust_limits::{Captured, OfClass, trust_limits, turning},
     },
 };
 
@@ -89,6 +89,47 @@ pub(super) struct Stored<'a> {
     pub pairing: &'a Pairing,
     /// Where each clip starts among the frames of all clips.
     pub first_frames: &'a [usize],
+    /// All clips, and the layout of their frames.
+    pub all: (&'a Clips<'a>, &'a Frames<'a>),
+}
+
+impl Stored<'_> {
+    fn is_condensed(&self) -> bool {
+        self.frames.count < self.all.1.count
+    }
+
+    /// What input of each class is like, by all captured frames, and by their distances from what is stored.
+    fn trust_limits(&self, features: &Features, classes: &[OfClass<'_>]) -> Vec<TrustLimits> {
+        let (clips, frames) = self.all;
+        let rate_hz = clips.corpus.rate_hz;
+        let dofs = &clips.dofs;
+        let stored = |example: &Example| {
+            self.frames.classes.iter().position(|c| (c.action, c.style) == (example.action, example.style))
+        };
+        let of_clip = |(example, &first): (&&Example, &usize)| {
+            stored(example).map(|class| (class, first, example.clip.frames.len()))
+        };
+        let mut is_measured = vec![!self.is_condensed(); frames.count];
+        for (&first, example) in frames.first_rows.iter().zip(&clips.examples) {
+            for (start, end) in example.cycles.iter().map(Cycle::span) {
+                let span =
+                    start.ceil().max(0.0) as usize..(end.ceil() as usize).min(example.clip.frames.len());
+                is_measured[first..][span].fill(true);
+            }
+        }
+        let of_stored = |(&first, rows): (&usize, &Vec<Vec<f64>>)| first..first + rows.len();
+        let velocity = |row: &Vec<f64>| [row[dof::FORWARD], row[dof::LEFT]];
+        let captured = Captured {
+            clips: &clips.examples.iter().zip(&frames.first_rows).filter_map(of_clip).collect::<Vec<_>>(),
+            codes: &features.values.iter().map(|f| features.space.code(f)).collect::<Vec<_>>(),
+            velocities: &dofs.iter().flatten().map(velocity).collect::<Vec<_>>(),
+            turning: &dofs.iter().flat_map(|rows| turning(rows, rate_hz)).collect::<Vec<_>>(),
+            is_measured: &is_measured,
+            is_condensed: self.is_condensed(),
+            stored: &self.first_frames.iter().zip(&self.clips.dofs).flat_map(of_stored).collect::<Vec<_>>(),
+        };
+        trust_limits(&captured, classes, rate_hz)
+    }
 }
 
 /// How much of an index is made.
@@ -108,7 +149,7 @@ impl Index {
         shared: &Shared,
         extent: Extent,
     ) -> Result<Self, BuildError> {
-        let Stored { clips, frames, pairing, first_frames } = stored;
+        let Stored { clips, frames, pairing, first_frames, .. } = stored;
         let Clips { options, examples, dofs, .. } = clips;
         let mut rows: Vec<Vec<f32>> = dofs.iter().flatten().map(|row| narrow(row)).collect();
         let mut clip_table: Vec<(usize, usize)> =
@@ -157,14 +198,9 @@ impl Index {
                 vec![TrustLimits { far: 0.0, speeds: [0.0; 2], turning: 0.0 }; frames.classes.len()],
             )
         } else {
-            let captured = &clip_table[..examples.len()];
-            let falls = falls(captured, &by_class);
+            let falls = falls(&clip_table[..examples.len()], &by_class);
             let of_class: Vec<_> = frames.classes.iter().map(|c| c.action).zip(by_class).collect();
-            let velocities: Vec<[f64; 2]> =
-                dofs.iter().flatten().map(|row| [row[dof::FORWARD], row[dof::LEFT]]).collect();
-            let rate_hz = clips.corpus.rate_hz;
-            let turning: Vec<f64> = dofs.iter().flat_map(|rows| turning(rows, rate_hz)).collect();
-            (falls, trust_limits(captured, &of_class, (&velocities, &turning), rate_hz))
+            (falls, stored.trust_limits(features, &of_class))
         };
         Ok(Self {
             clips: clip_table,

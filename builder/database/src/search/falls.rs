@@ -5,6 +5,7 @@ use gestus_core::{Config, blob::layout::distances::FALLS, methods::mixture::cand
 use rayon::prelude::*;
 
 use super::graph::{ClassFeatures, exact_knn};
+use crate::blob::classes::k_cap;
 
 /// Frames from which the falls of every class are measured.
 const STARTS: usize = 200;
@@ -64,8 +65,8 @@ fn query(classes: &[(usize, ClassFeatures<'_>)], t: usize) -> Vec<f32> {
     of_class.into_iter().flatten().map(|&code| f32::from(code)).collect()
 }
 
-/// Mean squared distance of the `k` nearest frames of a class to a query, without those of a clip; infinite where there are
-/// none.
+/// Mean squared distance of the `k` nearest frames of a class to a query, fewer in a small class as in the core, without those
+/// of a clip; infinite where there are none.
 pub(super) fn mean_distance2(
     (first, class): &(usize, ClassFeatures<'_>),
     (own, rows): (usize, usize),
@@ -74,6 +75,7 @@ pub(super) fn mean_distance2(
 ) -> f32 {
     let others = |(i, searchable): (usize, &bool)| *searchable && !(own..own + rows).contains(&(first + i));
     let searchable: Vec<bool> = class.searchable.iter().enumerate().map(others).collect();
+    let k = k.min(k_cap(class.searchable.iter().filter(|s| **s).count()));
     let nearest = exact_knn(&ClassFeatures { searchable: &searchable, ..*class }, query, k);
     if nearest.is_empty() {
         return f32::INFINITY;
@@ -110,6 +112,14 @@ mod tests {
             "{falls:?}"
         );
         assert!(falls.iter().all(|fall| (0.0..=1.0).contains(fall)), "{falls:?}");
+    }
+
+    #[test]
+    fn small_classes_have_few_neighbors() {
+        let codes: Vec<Vec<i8>> = (0..40).map(|t| vec![t]).collect();
+        let class = ClassFeatures { codes: &codes, weights: &[1.0], searchable: &[true; 40] };
+        // 0, 1, 4, 9 and 16: a class of 40 frames has at most 5.
+        assert_eq!(mean_distance2(&(0, class), (0, 0), &[0.0], 8), 6.0);
     }
 
     #[test]

@@ -1,5 +1,7 @@
-//! What input of a class is like: how near it is to clips that it is not part of, and how fast it goes. The core passes
-//! input on that is not. And how fast the joints of the class turn, which bounds the output where it begins.
+//! What input of a class is like: how near captured frames are to what is stored of other clips, and how fast they go. The
+//! core passes input on that is not. And how fast the joints of the class turn, which bounds the output where it begins.
+
+use std::ops::Range;
 
 use gestus_core::{
     Config,
@@ -26,59 +28,90 @@ const NEARER_ALONE: f64 = 0.8;
 /// Part of the frames whose speed is beyond what is stored, at each end.
 const BEYOND: f64 = 0.01;
 
-/// A class: its action, its first captured frame, and the features of its frames.
+/// A class: its action, its first stored row, and the features of its rows.
 pub type OfClass<'a> = (usize, (usize, ClassFeatures<'a>));
 
-/// What input of each class is like. `clips` are first row and number of rows of each. Of each row come the velocity of the
-/// root, forward and left, m/s, and the speed of the fastest joint ([`turning`]).
+/// All captured frames. A condensed database stores a part of them.
+pub struct Captured<'a> {
+    /// Class, first frame and number of frames of each clip.
+    pub clips: &'a [(usize, usize, usize)],
+    /// The feature of each frame.
+    pub codes: &'a [Vec<i8>],
+    /// Velocity of the root in each frame, forward and left, m/s.
+    pub velocities: &'a [[f64; 2]],
+    /// Speed of the fastest joint in each frame ([`turning`]), rad/s.
+    pub turning: &'a [f64],
+    /// Whether each frame is measured: in a condensed database those of a cycle, since only cycles are stored.
+    pub is_measured: &'a [bool],
+    /// Whether only some cycles are stored.
+    pub is_condensed: bool,
+    /// The frame of each stored row, ascending.
+    pub stored: &'a [usize],
+}
+
+impl Captured<'_> {
+    /// The stored rows whose frames are in that range.
+    fn rows(&self, frames: &Range<usize>) -> Range<usize> {
+        let row = |end: usize| self.stored.partition_point(|&frame| frame < end);
+        row(frames.start)..row(frames.end)
+    }
+
+    /// The frames of a class that are measured, each with the rows that are held out.
+    fn queries(&self, class: usize, rows: &Range<usize>, rate_hz: f64) -> Vec<(usize, Range<usize>)> {
+        let own: Vec<_> = self.clips.iter().filter(|clip| clip.0 == class).collect();
+        let [lead, near] = [f64::from(LEAD_S), HELD_OUT_S].map(|seconds| (seconds * rate_hz) as usize);
+        let of_clip = |&&(_, start, count): &&(usize, usize, usize)| {
+            let clip = start..start + count;
+            let is_alone = own.len() == 1;
+            (start + lead.min(count)..clip.end).map(move |t| match is_alone {
+                true => (t, t.saturating_sub(near).max(clip.start)..(t + near + 1).min(clip.end)),
+                false => (t, clip.clone()),
+            })
+        };
+        let queries = own.iter().flat_map(of_clip).filter(|(t, _)| self.is_measured[*t]);
+        // Where nothing is left of the class, the nearest frames would be those of other styles.
+        queries
+            .map(|(t, held_out)| (t, self.rows(&held_out)))
+            .filter(|(_, held_out)| held_out != rows)
+            .collect()
+    }
+}
+
+/// What input of each class is like.
 ///
-/// Frames of a class are searched exhaustively in all classes of the action, without the frames of their own clip, or, where
-/// it is the class's only one, without those within a quarter of a second: without the whole clip they would be as far as
-/// the other styles are, and unlike input nearer. Speeds are those of the action in any style.
-pub fn trust_limits(
-    clips: &[(usize, usize)],
-    classes: &[OfClass<'_>],
-    (velocities, turning): (&[[f64; 2]], &[f64]),
-    rate_hz: f64,
-) -> Vec<TrustLimits> {
+/// Captured frames of a class are searched exhaustively in what is stored of all classes of the action, without the frames
+/// of their own clip, or, where it is the class's only one, without those within a quarter of a second: without the whole
+/// clip they would be as far as the other styles are, and unlike input nearer. Where a class stores few cycles, a frame may
+/// well be nearest to another action, as in the core: classes of all actions are searched then. Speeds are those of the
+/// action in any style.
+pub fn trust_limits(captured: &Captured<'_>, classes: &[OfClass<'_>], rate_hz: f64) -> Vec<TrustLimits> {
     let k = usize::from(Config::new().k);
     let lead = (f64::from(LEAD_S) * rate_hz) as usize;
-    let near = (HELD_OUT_S * rate_hz) as usize;
     let each: Vec<TrustLimits> = classes
         .par_iter()
-        .map(|(action, (first, class))| {
-            let rows = *first..*first + class.codes.len();
-            let own: Vec<(usize, usize)> = clips.iter().copied().filter(|c| rows.contains(&c.0)).collect();
-            let alone = own.len() == 1;
-            // Each with the first and the number of the frames that are held out with it.
-            let frames: Vec<(usize, (usize, usize))> = own
-                .iter()
-                .flat_map(|&(start, count)| {
-                    (start + lead.min(count)..start + count).map(move |t| {
-                        let from = if alone { t.saturating_sub(near).max(start) } else { start };
-                        let to = if alone { (t + near + 1).min(start + count) } else { start + count };
-                        (t, (from, to - from))
-                    })
-                })
-                .collect();
-            let distances = frames
-                .iter()
-                .step_by(frames.len().div_ceil(FRAMES).max(1))
-                .map(|&(t, held_out)| {
-                    let query: Vec<f32> = class.codes[t - first].iter().map(|&c| f32::from(c)).collect();
-                    let same = classes.iter().filter(|(other, _)| other == action);
+        .enumerate()
+        .map(|(number, (action, (first, class)))| {
+            let queries = captured.queries(number, &(*first..first + class.codes.len()), rate_hz);
+            let distances =
+                queries.iter().step_by(queries.len().div_ceil(FRAMES).max(1)).map(|(t, held_out)| {
+                    let query: Vec<f32> = captured.codes[*t].iter().map(|&c| f32::from(c)).collect();
+                    let held_out = (held_out.start, held_out.len());
+                    let same = classes.iter().filter(|(other, _)| captured.is_condensed || other == action);
                     let nearest = same.map(|(_, class)| mean_distance2(class, held_out, &query, k));
                     f64::from(nearest.fold(f32::INFINITY, f32::min))
-                })
-                .filter(|distance| distance.is_finite());
-            let distances = sorted(distances);
-            let speeds = sorted(own.iter().flat_map(|&(start, count)| {
-                smoothed(&velocities[start + lead.min(count)..start + count], rate_hz)
+                });
+            let distances = sorted(distances.filter(|distance| distance.is_finite()));
+            let own = || {
+                captured.clips.iter().filter(|clip| clip.0 == number).map(|&(_, start, count)| (start, count))
+            };
+            let speeds = sorted(own().flat_map(|(start, count)| {
+                smoothed(&captured.velocities[start + lead.min(count)..start + count], rate_hz)
             }));
-            let turns = sorted(own.iter().flat_map(|&(start, count)| turning[start..start + count].to_vec()));
+            let turns =
+                sorted(own().flat_map(|(start, count)| captured.turning[start..start + count].to_vec()));
             let at = |ascending: &[f64], part: f64| quantile(ascending, part).unwrap_or(0.0) as f32;
             TrustLimits {
-                far: at(&distances, if alone { NEARER_ALONE } else { NEARER }),
+                far: at(&distances, if own().count() == 1 { NEARER_ALONE } else { NEARER }),
                 speeds: [BEYOND, 1.0 - BEYOND].map(|part| at(&speeds, part)),
                 turning: at(&turns, 1.0 - BEYOND),
             }
@@ -125,19 +158,66 @@ fn smoothed(velocities: &[[f64; 2]], rate_hz: f64) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// Two clips of 60 frames a class, one feature: class c at code 8 c, its second clip `off` higher.
+    /// Two classes of 120 frames, one feature, of which that part of each is stored; clips have so many frames.
+    fn limits(
+        codes: [Vec<i8>; 2],
+        actions: [usize; 2],
+        stored: Range<usize>,
+        clip: usize,
+    ) -> [TrustLimits; 2] {
+        let searchable = vec![true; stored.len()];
+        let parts: Vec<Vec<Vec<i8>>> = codes
+            .iter()
+            .map(|codes| codes[stored.clone()].iter().map(|&code| vec![code]).collect())
+            .collect();
+        let class = |c: usize| ClassFeatures { codes: &parts[c], weights: &[0.25], searchable: &searchable };
+        let classes = [0, 1].map(|c| (actions[c], (c * stored.len(), class(c))));
+        let captured = Captured {
+            clips: &(0..240 / clip).map(|i| (i * clip / 120, i * clip, clip)).collect::<Vec<_>>(),
+            codes: &codes.iter().flatten().map(|&code| vec![code]).collect::<Vec<_>>(),
+            velocities: &[vec![[3.0, 4.0]; 120], vec![[0.5, 0.0]; 120]].concat(),
+            turning: &[vec![2.0; 120], vec![3.0; 120]].concat(),
+            // Of a condensed database, the last third of every clip belongs to no cycle.
+            is_measured: &(0..240)
+                .map(|t| stored.len() == 120 || t % clip < 2 * clip / 3)
+                .collect::<Vec<_>>(),
+            is_condensed: stored.len() < 120,
+            stored: &stored.clone().chain(stored.map(|frame| 120 + frame)).collect::<Vec<_>>(),
+        };
+        trust_limits(&captured, &classes, 30.0).try_into().unwrap()
+    }
+
+    /// Two clips of 60 frames a class: class c at code 8 c, its second clip `off` higher.
+    fn codes(off: i8) -> [Vec<i8>; 2] {
+        [0, 8].map(|code| [vec![code; 60], vec![code + off; 60]].concat())
+    }
+
     fn of(off: i8, actions: [usize; 2]) -> [TrustLimits; 2] {
-        let codes: Vec<Vec<Vec<i8>>> =
-            (0..2).map(|c| (0..120).map(|t| vec![8 * c + if t < 60 { 0 } else { off }]).collect()).collect();
-        let searchable = [true; 120];
-        let clips = [(0, 60), (60, 60), (120, 60), (180, 60)];
-        let of_class =
-            |c: usize| ClassFeatures { codes: &codes[c], weights: &[0.25], searchable: &searchable };
-        let classes = [(actions[0], (0, of_class(0))), (actions[1], (120, of_class(1)))];
-        let velocities: Vec<[f64; 2]> =
-            (0..240).map(|t| if t < 120 { [3.0, 4.0] } else { [0.5, 0.0] }).collect();
-        let turning: Vec<f64> = (0..240).map(|t| f64::from(t / 120) + 2.0).collect();
-        trust_limits(&clips, &classes, (&velocities, &turning), 30.0).try_into().unwrap()
+        limits(codes(off), actions, 0..120, 60)
+    }
+
+    #[test]
+    fn a_condensed_class_is_measured_by_cycles_that_were_left_out() {
+        let codes = [0, 20].map(|code| [vec![code; 60], vec![code + 4; 40], vec![code + 10; 20]].concat());
+        for class in limits(codes, [0, 1], 0..60, 60) {
+            assert_eq!(class.far, 4.0);
+        }
+    }
+
+    #[test]
+    fn a_condensed_class_may_be_nearest_to_another_action() {
+        // What is left out of class 0 is as what is stored of class 1.
+        assert_eq!(limits(codes(8), [0, 1], 0..60, 60).map(|class| class.far), [0.0, 16.0]);
+        assert_eq!(limits(codes(8), [0, 1], 0..120, 60).map(|class| class.far), [16.0; 2]);
+    }
+
+    #[test]
+    fn the_only_clip_of_a_class_is_measured_by_its_parts() {
+        // Half a second a code. Without the whole clip, its frames would be as far as the other style: 784.
+        let climbs = |from: i8| (0..120).map(|t| from + (t / 15) as i8).collect();
+        for class in limits([climbs(0), climbs(56)], [0, 0], 0..120, 120) {
+            assert!(class.far > 0.0 && class.far <= 4.0, "{}", class.far);
+        }
     }
 
     #[test]
@@ -150,24 +230,6 @@ mod tests {
         assert_eq!(of(4, [0, 1])[1].speeds, [0.5; 2]);
         // Of its own class alone, whatever the action.
         assert_eq!(of(4, [0, 0]).map(|class| class.turning), [2.0, 3.0]);
-    }
-
-    /// Without the whole clip, its frames would be as far as the other style: 784.
-    #[test]
-    fn the_only_clip_of_a_class_is_measured_by_its_parts() {
-        // Half a second a code.
-        let code = |row: usize| vec![(56 * (row / 120) + row % 120 / 15) as i8];
-        let codes: Vec<Vec<i8>> = (0..240).map(code).collect();
-        let searchable = [true; 120];
-        let class = |c: usize| ClassFeatures {
-            codes: &codes[120 * c..120 * (c + 1)],
-            weights: &[0.25],
-            searchable: &searchable,
-        };
-        let classes = [0, 1].map(|c| (0, (120 * c, class(c))));
-        let rows = (vec![[0.0; 2]; 240], vec![0.0; 240]);
-        let limits = trust_limits(&[(0, 120), (120, 120)], &classes, (&rows.0, &rows.1), 30.0);
-        assert!(limits.iter().all(|class| class.far > 0.0 && class.far <= 4.0), "{limits:?}");
     }
 
     #[test]
