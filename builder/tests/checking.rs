@@ -27,6 +27,8 @@ fn the_programs_print_what_the_page_says() {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("checking");
     let gestus = || Command::new(env!("CARGO_BIN_EXE_gestus"));
     let demo = folder.join("demo");
+    // An earlier run's folder, which another version may have made.
+    let _ = std::fs::remove_dir_all(&demo);
     run(gestus().args(["demo", "--out"]).arg(&demo));
     let [db, exported] = [demo.join("demo.gestus"), folder.join("exported")];
     run(gestus().arg("export").arg(&db).arg("-o").arg(&exported));
