@@ -59,14 +59,6 @@ struct Side<'m> {
     ankle: f32,
 }
 
-/// A joint of a skeleton.
-struct Joint {
-    parent: Option<usize>,
-    /// Number of the bone of a limb, from 1 on; 0 for joints of no limb.
-    segment: usize,
-    offset: Vector,
-}
-
 /// World orientations and positions of a skeleton's joints.
 struct World<const J: usize> {
     orientations: [Quaternion; J],
@@ -165,32 +157,34 @@ struct Pair {
 }
 
 impl Side<'_> {
-    fn joint(&self, index: usize) -> Joint {
+    /// Parent, segment and offset of a joint.
+    fn joint(&self, index: usize) -> (Option<usize>, usize, Vector) {
         let bytes = Record::of(self.skeleton, index, joint::LENGTH);
         let parent = bytes.u8(joint::PARENT);
-        Joint {
-            parent: (parent != u8::MAX).then_some(usize::from(parent)),
-            segment: usize::from(bytes.u8(joint::SEGMENT)),
-            offset: bytes.floats(joint::OFFSET),
-        }
+        let parent = (parent != u8::MAX).then_some(usize::from(parent));
+        (parent, usize::from(bytes.u8(joint::SEGMENT)), bytes.floats(joint::OFFSET))
     }
 
     /// Forward kinematics.
     fn world<const J: usize>(&self, pose: &Pose<J>) -> World<J> {
         let mut world = World { orientations: [IDENTITY; J], positions: [pose.position; J] };
         for (j, &rotation) in pose.rotations.iter().enumerate().take(self.joints) {
-            let Joint { parent, offset, .. } = self.joint(j);
-            let turn = parent.map_or(rotation, |p| quaternion::multiply(world.orientation(p), rotation));
-            world.set(j, turn, world.behind(parent, offset, pose.position));
+            let (parent, _, offset) = self.joint(j);
+            let (turn, place) = match parent.and_then(|p| world.at(p)) {
+                Some((turn, place)) => {
+                    (quaternion::multiply(turn, rotation), add(place, quaternion::rotate(turn, offset)))
+                }
+                None => (rotation, pose.position),
+            };
+            world.set(j, turn, place);
         }
         world
     }
 }
 
 impl<const J: usize> World<J> {
-    /// The place of a joint at an offset from its parent; a joint without a parent is at the `root`.
-    fn behind(&self, parent: Option<usize>, offset: Vector, root: Vector) -> Vector {
-        parent.map_or(root, |p| add(self.position(p), quaternion::rotate(self.orientation(p), offset)))
+    fn at(&self, joint: usize) -> Option<(Quaternion, Vector)> {
+        Some((*self.orientations.get(joint)?, *self.positions.get(joint)?))
     }
 
     fn position(&self, joint: usize) -> Vector {
@@ -233,7 +227,7 @@ fn convert<const A: usize, const B: usize>(
         let bytes = Record::of(to.records, j, record::LENGTH);
         let turns =
             |i: usize| -> Quaternion { bytes.floats(record::TURNS.start + 16 * i..record::TURNS.end) };
-        let parent = to.joint(j).parent;
+        let (parent, _, _) = to.joint(j);
         let turn = if bytes.u8(record::KIND) == record::FOLLOW {
             let follow = |i: usize| {
                 let joint = usize::from(bytes.u8(record::FROM.start + i));
@@ -254,12 +248,31 @@ fn convert<const A: usize, const B: usize>(
     let position = subtract(middle, quaternion::rotate(world.orientation(0), to.hips));
     set_positions(to, &mut world, position);
 
-    // 3. Limbs.
-    let bends = bends(limbs, &source, &world, scaled);
+    // 3. Limbs. Legs are listed from left to right; a straight knee bends about the line from one to the other.
+    let mut hips = limbs.iter().flatten().filter(|pair| !pair.arm).map(|pair| world.position(pair.to[0]));
+    let across = hips.next().zip(hips.next()).map(|(left, right)| subtract(left, right));
+    let mut bends = [[IDENTITY; 2]; layout::MAX_LIMBS];
+    for (bend, pair) in bends.iter_mut().zip(limbs.iter().flatten()) {
+        let ends = |w: &dyn Fn(usize) -> Vector, [a, b, c]: [usize; 3]| [w(a), w(b), w(c)];
+        let source_limb = ends(&|j| source.position(j), pair.from);
+        let target_limb = ends(&|j| world.position(j), pair.to);
+        let goal = if pair.arm {
+            limb::scaled_reach(source_limb, target_limb)
+        } else {
+            subtract(scaled(source_limb[2]), target_limb[0])
+        };
+        let side = if pair.arm { None } else { across };
+        *bend = limb::bend(
+            subtract(target_limb[1], target_limb[0]),
+            subtract(target_limb[2], target_limb[1]),
+            side,
+            goal,
+        );
+    }
 
     // 4. Local rotations.
     for (j, stay) in stays.iter().enumerate().take(to.joints) {
-        let Joint { parent, segment, .. } = to.joint(j);
+        let (parent, segment, _) = to.joint(j);
         let before = parent.map(|p| world.orientation(p));
         if let Some(local) = *stay {
             let turn = quaternion::multiply(before.unwrap_or(IDENTITY), local);
@@ -281,38 +294,16 @@ fn convert<const A: usize, const B: usize>(
     output.position = position;
 }
 
-/// The rotations that bend the target's limbs to where the source's reach. Legs are listed from left to right; a straight
-/// knee bends about the line from one to the other.
-#[inline]
-fn bends<const A: usize, const B: usize>(
-    limbs: &[Option<Pair>],
-    source: &World<A>,
-    target: &World<B>,
-    scaled: impl Fn(Vector) -> Vector,
-) -> [[Quaternion; 2]; layout::MAX_LIMBS] {
-    let mut hips = limbs.iter().flatten().filter(|pair| !pair.arm).map(|pair| target.position(pair.to[0]));
-    let across = hips.next().zip(hips.next()).map(|(left, right)| subtract(left, right));
-    let mut bends = [[IDENTITY; 2]; layout::MAX_LIMBS];
-    for (bend, pair) in bends.iter_mut().zip(limbs.iter().flatten()) {
-        let from = pair.from.map(|joint| source.position(joint));
-        let to = pair.to.map(|joint| target.position(joint));
-        let (side, goal) = if pair.arm {
-            (None, limb::scaled_reach(from, to))
-        } else {
-            (across, subtract(scaled(from[2]), to[0]))
-        };
-        *bend = limb::bend(subtract(to[1], to[0]), subtract(to[2], to[1]), side, goal);
-    }
-    bends
-}
-
 /// Computes the joints' positions from their orientations.
 fn set_positions<const B: usize>(side: &Side<'_>, world: &mut World<B>, root: Vector) {
     for j in 0..side.joints.min(B) {
-        let Joint { parent, offset, .. } = side.joint(j);
-        let place = world.behind(parent, offset, root);
+        let (parent, _, offset) = side.joint(j);
+        let at = match parent.and_then(|p| world.at(p)) {
+            Some((turn, from)) => add(from, quaternion::rotate(turn, offset)),
+            None => root,
+        };
         if let Some(slot) = world.positions.get_mut(j) {
-            *slot = place;
+            *slot = at;
         }
     }
 }
