@@ -41,7 +41,7 @@ impl<'a> Estimated<'a> {
         let Source { clips, frames, paired, .. } = self.source;
         let source = (*clips, *frames);
         let all =
-            Stored { clips, frames, pairing: &paired.pairing, first_frames: &frames.first_rows, all: source };
+            Stored { source, clips, frames, pairing: &paired.pairing, first_frames: &frames.first_rows };
         if options.cycles == 0 || options.cycles >= self.source.choices().most() {
             return self.encode_stored(&all, options, shared, extent);
         }
@@ -51,7 +51,7 @@ impl<'a> Estimated<'a> {
         let clips = cut.clips(clips);
         let frames = Frames::new(&clips)?;
         let first_frames = &cut.first_frames;
-        let stored = Stored { clips: &clips, frames: &frames, pairing: &pairing, first_frames, all: source };
+        let stored = Stored { source, clips: &clips, frames: &frames, pairing: &pairing, first_frames };
         self.encode_stored(&stored, options, shared, extent)
     }
 

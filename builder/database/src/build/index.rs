@@ -50,6 +50,8 @@ pub(super) struct Features {
     pub space: FeatureSpace,
     /// Of the captured frames of all clips, metres.
     pub values: Vec<Vec<f64>>,
+    /// The same as stored.
+    pub codes: Vec<Vec<i8>>,
 }
 
 impl Features {
@@ -57,8 +59,9 @@ impl Features {
         let Clips { options, body, groups, examples, .. } = clips;
         let clouds: Vec<Cloud> = examples.iter().flat_map(|e| clouds(&e.clip, options.window)).collect();
         let space = FeatureSpace::of(body, &groups.of_joint, &clouds, options.window, most);
-        let values = clouds.par_iter().map(|c| space.feature(c)).collect();
-        Self { space, values }
+        let values: Vec<Vec<f64>> = clouds.par_iter().map(|c| space.feature(c)).collect();
+        let codes = values.iter().map(|value| space.code(value)).collect();
+        Self { space, values, codes }
     }
 }
 
@@ -84,23 +87,19 @@ impl Shared {
 
 /// The clips that are stored: all, or those that are left of them.
 pub(super) struct Stored<'a> {
+    /// All clips, and the layout of their frames.
+    pub source: (&'a Clips<'a>, &'a Frames<'a>),
     pub clips: &'a Clips<'a>,
     pub frames: &'a Frames<'a>,
     pub pairing: &'a Pairing,
     /// Where each clip starts among the frames of all clips.
     pub first_frames: &'a [usize],
-    /// All clips, and the layout of their frames.
-    pub all: (&'a Clips<'a>, &'a Frames<'a>),
 }
 
 impl Stored<'_> {
-    fn is_condensed(&self) -> bool {
-        self.frames.count < self.all.1.count
-    }
-
     /// What input of each class is like, by all captured frames, and by their distances from what is stored.
     fn trust_limits(&self, features: &Features, classes: &[OfClass<'_>]) -> Vec<TrustLimits> {
-        let (clips, frames) = self.all;
+        let (clips, frames) = self.source;
         let rate_hz = clips.corpus.rate_hz;
         let dofs = &clips.dofs;
         let stored = |example: &Example| {
@@ -109,23 +108,22 @@ impl Stored<'_> {
         let of_clip = |(example, &first): (&&Example, &usize)| {
             stored(example).map(|class| (class, first, example.clip.frames.len()))
         };
-        let mut is_measured = vec![!self.is_condensed(); frames.count];
+        let mut in_cycle = vec![false; frames.count];
         for (&first, example) in frames.first_rows.iter().zip(&clips.examples) {
             for (start, end) in example.cycles.iter().map(Cycle::span) {
                 let span =
                     start.ceil().max(0.0) as usize..(end.ceil() as usize).min(example.clip.frames.len());
-                is_measured[first..][span].fill(true);
+                in_cycle[first..][span].fill(true);
             }
         }
         let of_stored = |(&first, rows): (&usize, &Vec<Vec<f64>>)| first..first + rows.len();
         let velocity = |row: &Vec<f64>| [row[dof::FORWARD], row[dof::LEFT]];
         let captured = Captured {
             clips: &clips.examples.iter().zip(&frames.first_rows).filter_map(of_clip).collect::<Vec<_>>(),
-            codes: &features.values.iter().map(|f| features.space.code(f)).collect::<Vec<_>>(),
+            codes: &features.codes,
             velocities: &dofs.iter().flatten().map(velocity).collect::<Vec<_>>(),
             turning: &dofs.iter().flat_map(|rows| turning(rows, rate_hz)).collect::<Vec<_>>(),
-            is_measured: &is_measured,
-            is_condensed: self.is_condensed(),
+            in_cycle: &in_cycle,
             stored: &self.first_frames.iter().zip(&self.clips.dofs).flat_map(of_stored).collect::<Vec<_>>(),
         };
         trust_limits(&captured, classes, rate_hz)
@@ -172,8 +170,8 @@ impl Index {
         let codes: Vec<Vec<i8>> = first_frames
             .iter()
             .zip(dofs)
-            .flat_map(|(&first, rows)| &features.values[first..first + rows.len()])
-            .map(|f| space.code(f))
+            .flat_map(|(&first, rows)| &features.codes[first..first + rows.len()])
+            .cloned()
             .collect();
 
         let flags = flags(clips, frames, pairing)?;

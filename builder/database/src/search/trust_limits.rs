@@ -41,15 +41,18 @@ pub struct Captured<'a> {
     pub velocities: &'a [[f64; 2]],
     /// Speed of the fastest joint in each frame ([`turning`]), rad/s.
     pub turning: &'a [f64],
-    /// Whether each frame is measured: in a condensed database those of a cycle, since only cycles are stored.
-    pub is_measured: &'a [bool],
-    /// Whether only some cycles are stored.
-    pub is_condensed: bool,
+    /// Whether each frame is part of a cycle.
+    pub in_cycle: &'a [bool],
     /// The frame of each stored row, ascending.
     pub stored: &'a [usize],
 }
 
 impl Captured<'_> {
+    /// Whether only some cycles are stored. Frames of no cycle are not measured then.
+    fn is_condensed(&self) -> bool {
+        self.stored.len() < self.codes.len()
+    }
+
     /// The stored rows whose frames are in that range.
     fn rows(&self, frames: &Range<usize>) -> Range<usize> {
         let row = |end: usize| self.stored.partition_point(|&frame| frame < end);
@@ -68,7 +71,7 @@ impl Captured<'_> {
                 false => (t, clip.clone()),
             })
         };
-        let queries = own.iter().flat_map(of_clip).filter(|(t, _)| self.is_measured[*t]);
+        let queries = own.iter().flat_map(of_clip).filter(|(t, _)| self.in_cycle[*t] || !self.is_condensed());
         // Where nothing is left of the class, the nearest frames would be those of other styles.
         queries
             .map(|(t, held_out)| (t, self.rows(&held_out)))
@@ -96,7 +99,7 @@ pub fn trust_limits(captured: &Captured<'_>, classes: &[OfClass<'_>], rate_hz: f
                 queries.iter().step_by(queries.len().div_ceil(FRAMES).max(1)).map(|(t, held_out)| {
                     let query: Vec<f32> = captured.codes[*t].iter().map(|&c| f32::from(c)).collect();
                     let held_out = (held_out.start, held_out.len());
-                    let same = classes.iter().filter(|(other, _)| captured.is_condensed || other == action);
+                    let same = classes.iter().filter(|(other, _)| captured.is_condensed() || other == action);
                     let nearest = same.map(|(_, class)| mean_distance2(class, held_out, &query, k));
                     f64::from(nearest.fold(f32::INFINITY, f32::min))
                 });
@@ -177,11 +180,8 @@ mod tests {
             codes: &codes.iter().flatten().map(|&code| vec![code]).collect::<Vec<_>>(),
             velocities: &[vec![[3.0, 4.0]; 120], vec![[0.5, 0.0]; 120]].concat(),
             turning: &[vec![2.0; 120], vec![3.0; 120]].concat(),
-            // Of a condensed database, the last third of every clip belongs to no cycle.
-            is_measured: &(0..240)
-                .map(|t| stored.len() == 120 || t % clip < 2 * clip / 3)
-                .collect::<Vec<_>>(),
-            is_condensed: stored.len() < 120,
+            // The last third of every clip belongs to no cycle.
+            in_cycle: &(0..240).map(|t| t % clip < 2 * clip / 3).collect::<Vec<_>>(),
             stored: &stored.clone().chain(stored.map(|frame| 120 + frame)).collect::<Vec<_>>(),
         };
         trust_limits(&captured, &classes, 30.0).try_into().unwrap()
