@@ -12,7 +12,7 @@ use crate::{
     blob::{Database, Leg},
     body::pose::Pose,
     math::{
-        clamp,
+        clamp, maximum, minimum,
         quaternion::{self, IDENTITY, Quaternion, Vector, conjugate, multiply, rotate},
         sqrt,
         vector::{add, cross, dot, norm, subtract, unit},
@@ -149,8 +149,8 @@ pub fn bend(
         return None;
     }
     let shortest = crate::math::abs(l1 - l2) + 0.05 * (l1 + l2);
-    let held = if distance > reach { reach } else { distance };
-    let held = if held < shortest { shortest } else { held };
+    let held = minimum(reach, distance);
+    let held = maximum(shortest, held);
 
     // In units of l1 l2, so that limbs of any size are as exact.
     let inverse = 1.0 / (l1 * l2);

@@ -77,6 +77,18 @@ pub fn clamp(x: f32, low: f32, high: f32) -> f32 {
     }
 }
 
+/// The lesser of two numbers; `b` if either is NaN. [`f32::min`] leaves open which of -0 and 0 it returns.
+#[inline]
+pub fn minimum(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The greater of two numbers; `b` if either is NaN. [`f32::max`] leaves open which of -0 and 0 it returns.
+#[inline]
+pub fn maximum(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
 /// Rises from 0 to 1 as `t` does, level at both ends; steepest in its middle, by 1.5.
 #[inline]
 pub fn smoothstep(t: f32) -> f32 {

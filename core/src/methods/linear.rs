@@ -26,7 +26,7 @@ use crate::{
         LinearModel,
         layout::{MAX_ORDER, dof},
     },
-    math::{clamp, decay, erf, exp, pow},
+    math::{clamp, decay, erf, exp, maximum, pow},
     methods::{
         context::{Context, Frame, Needs, Signals, Translate},
         work::{Load, Work, as_u32},
@@ -228,7 +228,7 @@ fn translate(
     for ((u, &x), [mean, deviation]) in inputs.zip(model.inputs()) {
         *u = clamp((x - mean) / deviation, -MAX_DEVIATIONS, MAX_DEVIATIONS);
         let distance = crate::math::abs(*u);
-        largest = if distance > largest { distance } else { largest };
+        largest = maximum(distance, largest);
     }
     report.distance2 =
         if largest * largest > report.distance2 { largest * largest } else { report.distance2 };

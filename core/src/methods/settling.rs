@@ -22,7 +22,7 @@
 //! ```
 
 use crate::{
-    math::{abs, clamp, decay},
+    math::{abs, clamp, decay, maximum},
     methods::weights::Share,
 };
 
@@ -126,7 +126,7 @@ impl Jump {
         let is_another = gesture(usize::from(last)) != gesture(usize::from(self.nearest));
         let later = if first { 0.0 } else { after_jump(self.left, seconds) };
         let now = if is_another && !first { 1.0 } else { elsewhere };
-        self.left = if now > later { now } else { later };
+        self.left = maximum(now, later);
         self.left
     }
 }

@@ -27,7 +27,7 @@ use crate::{
         layout::{MAX_STYLES, ROOT_DOFS, dof},
     },
     math::{
-        abs, clamp, exp,
+        abs, clamp, exp, maximum,
         quaternion::{self, IDENTITY, Quaternion, Vector},
         sqrt,
         vector::norm,
@@ -270,5 +270,5 @@ fn spread_ratio(to: f32, from: f32) -> f32 {
 /// The larger of `largest` and a distance in standard deviations.
 fn max_normalised(largest: f32, distance: f32, deviation: f32) -> f32 {
     let distance = distance / if deviation > 1e-6 { deviation } else { 1e-6 };
-    if distance > largest { distance } else { largest }
+    maximum(distance, largest)
 }

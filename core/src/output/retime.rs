@@ -32,7 +32,7 @@ use crate::{
     ConfigError,
     body::pose::Pose,
     error::saturating_u16,
-    math::{clamp, quaternion, smoothstep},
+    math::{clamp, maximum, minimum, quaternion, smoothstep},
 };
 
 /// Time constant with which the lag decays, seconds.
@@ -215,15 +215,15 @@ impl<const J: usize, const N: usize> Retimer<J, N> {
         let (least, greatest) = (-self.bounds.lead_s * rate, self.bounds.lag_s * rate);
         // After a wait the lag may exceed its bound. The playhead catches up instead of jumping.
         let caught_up = before - passed * (CATCH_UP - 1.0);
-        let greatest = if caught_up > greatest { caught_up } else { greatest };
+        let greatest = maximum(caught_up, greatest);
         // The same for a lead that exceeds its bound, where the input turned out to be later.
         let held_back = before + passed * (1.0 - HOLD_BACK);
-        let least = if held_back < least { held_back } else { least };
+        let least = minimum(held_back, least);
         let lag = clamp(before + passed * (1.0 - speed), least, greatest);
         // The playhead never moves back, and never past the newest pose.
         let lag = if lag > before + passed { before + passed } else { lag };
         let waited = lag < now - 1e-3;
-        self.lag = if lag < now { now } else { lag };
+        self.lag = maximum(now, lag);
 
         self.interpolate_at(clamp(self.lag - now, 0.0, oldest), output);
         self.phase = self.phase.saturating_add(i64::from(self.input_millihz));

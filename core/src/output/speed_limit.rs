@@ -34,7 +34,7 @@ use crate::{
     blob::layout::{MAX_JOINTS, dof},
     body::pose::Pose,
     math::{
-        abs, acos, clamp,
+        abs, acos, clamp, maximum, minimum,
         quaternion::{Quaternion, Vector, between, exp, slerp},
         sin_cos,
         vector::norm,
@@ -148,7 +148,7 @@ impl SpeedLimit {
         let turning = abs(turning);
         let mut speed = if turning > window_max { turning } else { 0.0 };
         // The angle between two rotations is at most the distance of their maps, so most frames need no exact angle.
-        let max_angle = (if speed > window_max { speed } else { window_max }) * seconds;
+        let max_angle = maximum(speed, window_max) * seconds;
         if fastest.change2 > max_angle * max_angle {
             let angle = rotation_angle(&fastest.before, &fastest.now);
             speed = if angle > max_angle { angle / seconds } else { speed };
@@ -156,8 +156,8 @@ impl SpeedLimit {
         // A wrong pose causes two jumps, there and back. A speed counts when three frames have it.
         let [a, b] = self.recent;
         self.recent = [b, speed];
-        let least = if a < b { a } else { b };
-        let least = if speed < least { speed } else { least };
+        let least = minimum(a, b);
+        let least = minimum(speed, least);
         if least > window_max {
             self.window_max[0] = least;
         }
@@ -166,7 +166,7 @@ impl SpeedLimit {
     /// The largest remembered speed, multiplied by `times`, rad/s.
     pub fn max_speed(&self, times: f32) -> f32 {
         let all = self.window_max.iter().chain(&self.recent);
-        times * all.fold(0.0, |max_speed, &speed| if speed > max_speed { speed } else { max_speed })
+        times * all.fold(0.0, |max_speed, &speed| maximum(speed, max_speed))
     }
 }
 

@@ -12,7 +12,7 @@ use crate::{
     body::pose::Pose,
     error::saturating_u16,
     math::{
-        abs, clamp,
+        abs, clamp, maximum,
         quaternion::{self, IDENTITY, Quaternion, Vector, about},
         vector::{add, subtract},
     },
@@ -111,7 +111,7 @@ impl<'r, const H: usize> Drive<'r, H> {
             *motion = limits.tick(*motion, goal, *target, tick);
             *target = goal;
             let lag = abs(goal - motion.position);
-            driven.lag = if lag > driven.lag { lag } else { driven.lag };
+            driven.lag = maximum(lag, driven.lag);
             driven.at_limit += u16::from(goal <= limits.low || goal >= limits.high);
         }
         driven
@@ -163,7 +163,7 @@ impl<'r, const H: usize> Drive<'r, H> {
                 let way = quaternion::rotate(to_base, subtract(to, from));
                 let goal = way.map(|v| v * limb.scale);
                 let left = self.reach(limb, goal, angles, &mut links);
-                missing = if left > missing { left } else { missing };
+                missing = maximum(left, missing);
             }
         }
         missing

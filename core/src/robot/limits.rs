@@ -23,7 +23,7 @@
 //! root and three divisions. A whole drive of 16 hinges takes about 152,000 instructions a tick on a Cortex-M4F
 //! (`budgets.toml`).
 
-use crate::math::{abs, clamp, sqrt};
+use crate::math::{abs, clamp, maximum, minimum, sqrt};
 
 /// Limits of a hinge. Radians and seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,8 +81,8 @@ impl Limits {
     pub fn tick(&self, now: Motion, target: f32, before: f32, seconds: f32) -> Motion {
         let rest = self.stop_position(now);
         // A hinge that starts outside its range comes back into it, and no further out.
-        let low = if now.position < self.low { least(self.low, rest) } else { self.low };
-        let high = if now.position > self.high { greatest(self.high, rest) } else { self.high };
+        let low = if now.position < self.low { minimum(self.low, rest) } else { self.low };
+        let high = if now.position > self.high { maximum(self.high, rest) } else { self.high };
         let target = clamp(if target.is_finite() { target } else { rest }, low, high);
         let before = if before.is_finite() { clamp(before, low, high) } else { target };
         let pace = clamp((target - before) / seconds, -0.9 * self.velocity, 0.9 * self.velocity);
@@ -95,7 +95,7 @@ impl Limits {
         let next = self.chase(now, target, 0.0, seconds);
         // The bound holds by construction; this takes off what rounding adds.
         Motion {
-            position: clamp(next.position, least(low, now.position), greatest(high, now.position)),
+            position: clamp(next.position, minimum(low, now.position), maximum(high, now.position)),
             ..next
         }
     }
@@ -166,9 +166,9 @@ impl Limits {
         };
         let up = (peak - a) / j;
         [
-            Phase { jerk: side * j, seconds: greatest(up, 0.0) },
-            Phase { jerk: 0.0, seconds: greatest(hold, 0.0) },
-            Phase { jerk: -side * j, seconds: greatest(greatest(peak, a), 0.0) / j },
+            Phase { jerk: side * j, seconds: maximum(up, 0.0) },
+            Phase { jerk: 0.0, seconds: maximum(hold, 0.0) },
+            Phase { jerk: -side * j, seconds: maximum(maximum(peak, a), 0.0) / j },
         ]
     }
 }
@@ -202,7 +202,7 @@ fn run(from: Motion, phases: &[Phase; 3], seconds: f32) -> Motion {
     let (mut p, mut v, mut a) = (from.position, from.velocity, from.acceleration);
     let mut left = seconds;
     for phase in phases {
-        let t = least(phase.seconds, left);
+        let t = minimum(phase.seconds, left);
         left -= t;
         p += t * (v + t * (0.5 * a + t * phase.jerk * (1.0 / 6.0)));
         v += t * (a + 0.5 * t * phase.jerk);
@@ -216,14 +216,6 @@ fn run(from: Motion, phases: &[Phase; 3], seconds: f32) -> Motion {
         }
     }
     Motion { position: p, velocity: v, acceleration: a }
-}
-
-fn least(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
-fn greatest(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
 }
 
 #[cfg(test)]

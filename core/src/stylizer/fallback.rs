@@ -26,7 +26,7 @@ use crate::{
     blob::layout::dof,
     body::{pose::Anchor, two_bone_ik::Chain},
     config::Safety,
-    math::{abs, clamp, decay, quaternion},
+    math::{abs, clamp, decay, maximum, minimum, quaternion},
     output::{
         foot_lock::lowest,
         retime::interpolate,
@@ -105,7 +105,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         let changes = changes.enumerate().take(self.database.counts().dofs);
         // First the largest change of all joints, without branches: almost no frame leaps.
         let joints = changes.clone().skip(dof::JOINTS);
-        let largest = joints.clone().fold(0.0, |most, (_, change)| if change > most { change } else { most });
+        let largest = joints.clone().fold(0.0, |most, (_, change)| maximum(change, most));
         let of = |x: &[f32], d: usize| x.get(d).copied().unwrap_or(0.0);
         let at = |d: usize| abs(of(x, d));
         // A body keeps its speed: that of the last frame or, after a leap, the one assumed for it.
@@ -230,7 +230,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     fn stand(&mut self, step_s: f32, pose: &mut Pose<J>) {
         let Some(legs) = self.database.legs() else { return };
         let [left, right] = legs.map(|leg| lowest(&leg, &Chain::of(&self.database, &leg, pose)));
-        let over = if left < right { left } else { right };
+        let over = minimum(left, right);
         let down = clamp(over, -DESCENT_SPEED * step_s, DESCENT_SPEED * step_s);
         pose.position[1] -= down;
         self.set_standing([left - down < CONTACT_HEIGHT_M, right - down < CONTACT_HEIGHT_M]);

@@ -4,7 +4,7 @@ use super::{Stylizer, spike::Spike};
 use crate::{
     Config, Degraded, Pose, Report,
     blob::layout::{MAX_GROUPS, dof},
-    math::clamp,
+    math::{clamp, minimum},
     output::speed_limit,
 };
 
@@ -71,7 +71,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         // The slowest of the actions that the input may have.
         let each =
             action.into_iter().chain(actions).map(|action| settings.max_turning(database, mix, Some(action)));
-        let slowest = each.reduce(|a, b| if b < a { b } else { a });
+        let slowest = each.reduce(|a, b| minimum(b, a));
         let turning = slowest.unwrap_or_else(|| settings.max_turning(database, mix, None));
         turning.is_finite().then(|| turning * self.config.speed_limit / DEFAULT_LIMIT)
     }

@@ -4,6 +4,7 @@ mod configure;
 pub mod effort_dial;
 mod fallback;
 mod faults;
+mod fit;
 mod limits;
 mod many;
 mod settings;
@@ -11,17 +12,17 @@ mod spike;
 pub mod style_mix;
 
 pub use fallback::BLEND_BACK_S;
+pub use fit::Fit;
 pub use many::step_many;
 
 use faults::FaultState;
 use spike::Spike;
 
 use crate::{
-    Config, ConfigError, Degraded, Observer, Pose, Report,
+    Config, Degraded, Observer, Pose, Report,
     blob::{Database, layout::dof},
     body::pose::{self, Anchor},
     config::{Safety, Timing, Yaw},
-    error::saturating_u16,
     math::clamp,
     methods::{
         context::{Context, Frame, Signals},
@@ -42,63 +43,6 @@ use crate::{
 const IMPLAUSIBLE: f32 = 1e3;
 /// After a gap of more frames than this, the search window no longer describes the motion.
 const MAX_GAP_FRAMES: f32 = 3.0;
-
-/// A database and a configuration that fit the capacities of a [`Stylizer`]: the part of [`Stylizer::new`] that can fail.
-///
-/// A board with a small stack makes its static stylizer from this. A `Result` around 24 KB would be on the stack first,
-/// which has 4 KB.
-#[derive(Debug, Clone, Copy)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Fit<'db, const J: usize, const K: usize, const C: usize> {
-    database: Database<'db>,
-    config: Config,
-}
-
-impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
-    /// Compares the needs of the database and the configuration with the capacities.
-    ///
-    /// # Errors
-    /// [`ConfigError`] where the database does not fit the capacities or does not hold what the method needs, or a
-    /// parameter is out of its range.
-    pub fn new(database: Database<'db>, config: Config) -> Result<Self, ConfigError> {
-        let counts = *database.counts();
-        // Dofs<J> has room for 3 J + 4 numbers from J = 4 on.
-        if counts.joints > J || counts.dofs > 4 * J {
-            let [need, have] = [counts.joints, J].map(saturating_u16);
-            return Err(ConfigError::Joints { need, have });
-        }
-        if counts.classes > C {
-            let [need, have] = [counts.classes, C].map(saturating_u16);
-            return Err(ConfigError::Classes { need, have });
-        }
-        config.check(K)?;
-        if !config.method.is_available_in(&database) {
-            return Err(ConfigError::Method);
-        }
-        Ok(Self { database, config })
-    }
-
-    /// Makes the stylizer in the caller's memory, without a copy on the stack. The first frame starts its method.
-    #[inline(never)]
-    pub fn stylizer(self) -> Stylizer<'db, J, K, C> {
-        Stylizer {
-            database: self.database,
-            config: self.config,
-            settings: Settings::new(),
-            engine: Engine::NEW,
-            signals: Signals::NEW,
-            input_anchor: Anchor::ORIGIN,
-            output_anchor: Anchor::ORIGIN,
-            lock: Lock::new(),
-            limit: SpeedLimit::new(),
-            stillness: Stillness::new(),
-            trust: Trust::new(),
-            faults: FaultState::new(),
-            spike: Spike::new(),
-            last: None,
-        }
-    }
-}
 
 /// Changes the style of a stream of poses. It owns all its memory, whose size is a constant.
 ///
@@ -135,15 +79,6 @@ impl<const J: usize, const K: usize, const C: usize> defmt::Format for Stylizer<
 }
 
 impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C> {
-    /// Makes a stylizer. Its output has the database's first style until a style is set.
-    ///
-    /// # Errors
-    /// [`ConfigError`] where the database does not fit the capacities or does not hold what the method needs, or a
-    /// parameter is out of its range.
-    pub fn new(database: Database<'db>, config: Config) -> Result<Self, ConfigError> {
-        Ok(Fit::new(database, config)?.stylizer())
-    }
-
     /// The database.
     pub fn database(&self) -> &Database<'db> {
         &self.database

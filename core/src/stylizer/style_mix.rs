@@ -21,7 +21,7 @@ use crate::{
         layout::{MAX_GROUPS, MAX_STYLES},
         sections::labels_match,
     },
-    math::{clamp, exp},
+    math::{clamp, exp, maximum},
 };
 
 /// Time after which 95% of a change of strength is done, seconds.
@@ -173,7 +173,7 @@ impl Settings {
             let [of, style] = database.labels(class);
             if action.is_none_or(|action| action == of) && mix.weight(usize::from(style)) > 0.0 {
                 let turning = database.trust_limits(class).map_or(0.0, |limits| limits.turning);
-                most = if turning > most { turning } else { most };
+                most = maximum(turning, most);
             }
         }
         if most > 0.0 { most } else { f32::INFINITY }

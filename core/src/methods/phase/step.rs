@@ -21,7 +21,7 @@ use crate::{
         Database, PhaseTables,
         layout::{dof, phase::CONTACTS},
     },
-    math::{abs, clamp, exp},
+    math::{abs, clamp, exp, maximum},
     methods::{
         context::{Context, Frame, Needs, Signals, Translate},
         weights::{self, Share, Width, most_kept},
@@ -274,7 +274,7 @@ impl<const J: usize, const C: usize> Phase<J, C> {
         let gain = 1.0 - exp(-core::f32::consts::LN_2 / (DRIFT_HALF_LIFE_S * frame.database.rate_hz()));
         // The first velocity is the class's. A plain mean of the velocities so far is used until the filter is slower.
         let mean_gain = 1.0 / f32::from(self.age.max(1));
-        let gain = if gain < mean_gain { mean_gain } else { gain };
+        let gain = maximum(mean_gain, gain);
         for (mean, d) in self.drift.iter_mut().zip([dof::FORWARD, dof::YAW]) {
             *mean += gain * (x.get(d).copied().unwrap_or(0.0) - *mean);
         }

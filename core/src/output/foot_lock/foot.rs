@@ -4,7 +4,7 @@ use crate::{
     blob::Leg,
     body::two_bone_ik::Chain,
     math::{
-        clamp, exp,
+        clamp, exp, maximum,
         quaternion::Vector,
         smoothstep, sqrt,
         vector::{add, norm, subtract},
@@ -253,7 +253,7 @@ impl Foot {
         let is_fast = self.phase == Phase::Step || self.held[1] > LIFTED_M;
         let speed = if is_fast { STEP_SPEED } else { RETURN_SPEED };
         let least = 1.5 * way / speed;
-        let whole = if least > ease_s { least } else { ease_s };
+        let whole = maximum(least, ease_s);
         let t = clamp(self.age_s / whole, 0.0, 1.0);
         let left = 1.0 - smoothstep(t);
         self.offset = self.held.map(|v| v * left);
@@ -303,7 +303,7 @@ pub(super) fn lower_of(over: [f32; 2]) -> f32 {
 #[inline(never)]
 pub(super) fn reach(chain: &Chain) -> f32 {
     let (most, is) = (MAX_STRETCH_RATIO * chain.length(), norm(subtract(chain.ankle, chain.hip)));
-    if most > is { most } else { is }
+    maximum(most, is)
 }
 
 #[cfg(test)]

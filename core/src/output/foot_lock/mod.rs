@@ -44,7 +44,7 @@ use crate::{
     blob::{Database, layout::MAX_JOINTS},
     body::{pose::Pose, two_bone_ik::Chain},
     math::{
-        clamp,
+        clamp, maximum,
         vector::{add, norm, subtract},
     },
 };
@@ -183,7 +183,7 @@ impl Lock {
             }
             let over = heights_over_floor(leg, &Chain::of(database, leg, pose), floor);
             let need = depth_correction(over, 0.0);
-            rise = if need > rise { need } else { rise };
+            rise = maximum(need, rise);
         }
         pose.position[1] += rise;
     }

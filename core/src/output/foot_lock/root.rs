@@ -6,7 +6,7 @@ use crate::{
     blob::Leg,
     body::two_bone_ik::Chain,
     math::{
-        clamp, exp,
+        clamp, exp, minimum,
         quaternion::Vector,
         sqrt,
         vector::{add, subtract},
@@ -107,12 +107,12 @@ impl RootShift {
             // How far the ankle can be below the hip joint at this distance on the ground.
             let below = sqrt(reach * reach - way[0] * way[0] - way[2] * way[2]);
             let down = way[1] + below;
-            need = if down < need { down } else { need };
+            need = minimum(down, need);
         }
         let goes = clamp(need, self.hip_drop - HIP_DROP_SPEED * step_s, 0.0);
         let goes = if goes < -HIP_DROP_M { -HIP_DROP_M } else { goes };
         let risen = self.hip_drop * exp(-step_s / HIP_DROP_S);
-        self.hip_drop = if goes < risen { goes } else { risen };
+        self.hip_drop = minimum(goes, risen);
         need < self.hip_drop
     }
 
