@@ -80,6 +80,7 @@ impl Case {
             .speed_limit(0.0)
             .trust(0.0)
             .still_speed(0.0)
+            .joint_margin(0.0)
             .k(self.k)
             .ridge(self.ridge.0)
             .lambda(self.ridge.1)

@@ -19,8 +19,8 @@ impl Config {
     }
 
     /// The constants that Xia 2015 states (K 40, δ 0.7, ρ 0.7), κ 2, and little of what is ours: no interval of the
-    /// output, no settling, no following of clips, no rest for a body that stands; every input is given the style. A
-    /// frame still drops classes with 0.001 of the weight, and mixes four at most.
+    /// output, no settling, no following of clips, no rest for a body that stands, no range of joints; every input is given
+    /// the style. A frame still drops classes with 0.001 of the weight, and mixes four at most.
     pub const fn paper() -> Self {
         Self::new()
             .k(40)
@@ -34,6 +34,7 @@ impl Config {
             .liveliness(0.0)
             .settle_s(0.0)
             .follow(0.0)
+            .joint_margin(0.0)
     }
 
     /// The ridge on normalised variables, for pairs that were recorded or made as pairs. A small λ lets the slopes among

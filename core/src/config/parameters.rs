@@ -240,6 +240,10 @@ parameters! {
     /// wave apart, whose outputs cancel otherwise. More keeps to the order of the clips, and is slower to notice that
     /// the body is elsewhere in them; less flattens waves. 0 takes the nearest frames, as Xia 2015 does.
     29 FOLLOW follow: f32 = 1.0, [0 or 0.01 to 100.0], &[Method::Mar];
+    /// How far an output may turn a joint beyond where any captured frame of the database has it, radians along each axis,
+    /// unless the input goes that way too. 0 sets no limit: elbows may bend backwards. More gives a strength above 1 more
+    /// room, less holds back styles of bodies that are more flexible than the database's.
+    30 JOINT_MARGIN joint_margin: f32 = 0.05, [0 or 1e-3 to 10.0], &Method::ALL;
 }
 
 impl Parameter {

@@ -22,7 +22,7 @@
 
 use crate::{
     blob::Database,
-    math::{clamp, sqrt},
+    math::{clamp, maximum, minimum, sqrt},
 };
 
 /// Time constant of both measures, seconds.
@@ -56,14 +56,18 @@ pub(crate) struct Trust {
     speed: f32,
     /// Time that was measured, seconds, at most [`SMOOTHED_S`]; negative during [`LEAD_S`].
     age_s: f32,
-    /// Least and greatest speed of all classes, m/s, negative backwards. Read once a stream, for methods that report no class.
-    speeds: Option<[f32; 2]>,
+    /// Least and greatest speed of all classes, m/s, negative backwards. Read once a stream, for methods that report no
+    /// class; [`UNREAD`] until then.
+    speeds: [f32; 2],
 }
+
+/// No range of speeds: the least is above the greatest. Smaller than an `Option`.
+const UNREAD: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
 
 impl Trust {
     /// Before the first frame.
     pub const fn new() -> Self {
-        Self { ratio: 0.0, speed: 0.0, age_s: -LEAD_S, speeds: None }
+        Self { ratio: 0.0, speed: 0.0, age_s: -LEAD_S, speeds: UNREAD }
     }
 
     /// Restarts the measures after a leap or missing frames.
@@ -122,14 +126,16 @@ impl Trust {
         let speeds = match class {
             Some(class) => database.trust_limits(class).map(|limits| limits.speeds),
             None => {
-                self.speeds = self.speeds.or_else(|| all_speeds(database));
-                self.speeds
+                if self.speeds == UNREAD {
+                    self.speeds = all_speeds(database);
+                }
+                Some(self.speeds).filter(|&speeds| speeds != UNREAD)
             }
         };
         let by_distance = by_distance(self.ratio, max_ratio);
         let by_speed =
             speeds.map_or(0.0, |speeds| (self.speed_ratio(speeds) - SPEED_RATIO_START) / SPEED_RATIO_WIDTH);
-        clamp(if by_distance > by_speed { by_distance } else { by_speed }, 0.0, 1.0)
+        clamp(maximum(by_distance, by_speed), 0.0, 1.0)
     }
 
     /// How many times faster or slower than a class the input is, 1 or more outside its range; 0 in place.
@@ -154,12 +160,12 @@ fn by_distance(ratio: f32, limit: f32) -> f32 {
     2.0 * (ratio / limit - 1.0)
 }
 
-/// Least and greatest speed of all classes.
+/// Least and greatest speed of all classes; [`UNREAD`] where the blob does not say them.
 #[cold]
 #[inline(never)]
-fn all_speeds(database: &Database<'_>) -> Option<[f32; 2]> {
+fn all_speeds(database: &Database<'_>) -> [f32; 2] {
     let classes = (0..database.counts().classes).filter_map(|class| database.trust_limits(class));
-    classes.map(|limits| limits.speeds).reduce(|[a, b], [slowest, fastest]| {
-        [if slowest < a { slowest } else { a }, if fastest > b { fastest } else { b }]
-    })
+    classes
+        .map(|limits| limits.speeds)
+        .fold(UNREAD, |[a, b], [slowest, fastest]| [minimum(slowest, a), maximum(fastest, b)])
 }

@@ -32,6 +32,7 @@ use crate::{
     observe::Stage,
     output::{
         foot_lock::{self, Lock},
+        joint_range,
         speed_limit::SpeedLimit,
         stillness::Stillness,
         trust::Trust,
@@ -226,7 +227,8 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         self.lock_feet(root_strength, report, pose, observer);
     }
 
-    /// Leaves the output's dofs in `signals.output`: yaw, strength, corrections, and rest where the input stands.
+    /// Leaves the output's dofs in `signals.output`: yaw, strength, corrections, rest where the input stands, and joints
+    /// within their ranges.
     #[inline]
     fn compose_dofs(&mut self, first: bool, report: &mut Report, observer: &mut impl Observer<J>) {
         let signals = &mut self.signals;
@@ -251,6 +253,10 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         if holds_still {
             let (x, offset) = (signals.x.as_flattened(), signals.scratch.as_flattened());
             self.stillness.apply(x, offset, signals.output.as_flattened_mut());
+        }
+        if self.config.joint_margin > 0.0 {
+            let (x, output) = (signals.x.as_flattened(), signals.output.as_flattened_mut());
+            joint_range::limit(&self.database, self.config.joint_margin, x, output);
         }
         if self.stillness.is_still() {
             report.contacts = self.standing();

@@ -297,6 +297,11 @@ typedef enum GestusParameter {
   // the body is elsewhere in them; less flattens waves. 0 takes the nearest frames, as Xia 2015 does. 0.01 to 100,
   // or 0 for none. Default 1.
   GESTUS_PARAMETER_FOLLOW = 29,
+  // How far an output may turn a joint beyond where any captured frame of the database has it, radians along each
+  // axis, unless the input goes that way too. 0 sets no limit: elbows may bend backwards. More gives a strength
+  // above 1 more room, less holds back styles of bodies that are more flexible than the database's. 0.001 to 10, or
+  // 0 for none. Default 0.05.
+  GESTUS_PARAMETER_JOINT_MARGIN = 30,
 } GestusParameter;
 
 // A checked blob. It is in memory that the caller provided, and refers to the blob, which has to stay valid as long.

@@ -116,4 +116,9 @@ pub enum GestusParameter {
     /// the body is elsewhere in them; less flattens waves. 0 takes the nearest frames, as Xia 2015 does. 0.01 to 100,
     /// or 0 for none. Default 1.
     Follow = 29,
+    /// How far an output may turn a joint beyond where any captured frame of the database has it, radians along each
+    /// axis, unless the input goes that way too. 0 sets no limit: elbows may bend backwards. More gives a strength
+    /// above 1 more room, less holds back styles of bodies that are more flexible than the database's. 0.001 to 10, or
+    /// 0 for none. Default 0.05.
+    JointMargin = 30,
 }

@@ -7,8 +7,8 @@ use gestus_core::{
     BlobError, Database,
     blob::{
         layout::{
-            ALIGNMENT, NONE, VERSION, block, class, clip, cycle, dof_record, effort, entry, flag, foot,
-            header, joint, query, section, timing,
+            ALIGNMENT, NONE, VERSION, block, class, clip, cycle, dof_range, dof_record, effort, entry, flag,
+            foot, header, joint, query, section, timing,
         },
         read::{f32_at, u16_at, u32_at},
     },

@@ -114,6 +114,23 @@ fn dofs_and_their_scales() {
 }
 
 #[test]
+fn the_ranges_of_dofs() {
+    let dofs = database().counts().dofs;
+    let at = |d: usize, range: Range<usize>| dofs * dof_record::LENGTH + d * dof_range::LENGTH + range.start;
+    for (d, range) in [(0, dof_range::LEAST), (9, dof_range::LEAST), (dofs - 1, dof_range::GREATEST)] {
+        let beyond = if range == dof_range::LEAST { 900.0 } else { -900.0 };
+        for v in [beyond, 1e4, -1e4].into_iter().chain(NOT_FINITE) {
+            refuses_value("range", section::DOFS, at(d, range.clone()), &float(v), dofs + d);
+        }
+    }
+    let short =
+        patch::with_section(blob(), section::DOFS, |bytes| bytes.truncate(bytes.len() - dof_range::LENGTH));
+    let need = (dofs * (dof_record::LENGTH + dof_range::LENGTH)) as u32;
+    let have = need - dof_range::LENGTH as u32;
+    refuses("a dof without its range", &short, BlobError::Length { section: section::DOFS, need, have });
+}
+
+#[test]
 fn the_query() {
     let c = *database().counts();
     let id = section::QUERY;

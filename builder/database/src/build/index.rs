@@ -71,6 +71,8 @@ pub(super) struct Shared {
     pub steps: Vec<f32>,
     /// Standard deviation of each dof over all captured frames.
     pub scales: Vec<f32>,
+    /// Least and greatest value of each dof in all captured frames.
+    pub ranges: Vec<[f32; 2]>,
     /// The dofs of the timing metric, each with its weight and that of its change.
     pub timing: Vec<(usize, f64, f64)>,
 }
@@ -79,9 +81,10 @@ impl Shared {
     pub fn new(clips: &Clips<'_>, pairing: &Pairing, error_cm: f64) -> Self {
         let mut rows: Vec<Vec<f32>> = clips.dofs.iter().flatten().map(|row| narrow(row)).collect();
         let scales = deviations(&rows);
+        let ranges = ranges(&rows);
         rows.extend(pairing.prototypes.iter().flat_map(|p| &p.rows).map(|row| narrow(row)));
         let steps = choose_steps(&clips.body, &rows, error_cm / 100.0);
-        Self { steps, scales, timing: timing_metric(&clips.body, &clips.dofs) }
+        Self { steps, scales, ranges, timing: timing_metric(&clips.body, &clips.dofs) }
     }
 }
 
@@ -261,6 +264,14 @@ fn frame_flags(examples: &[&Example], first_rows: &[usize], paired: &[bool], fra
 fn deviations(rows: &[Vec<f32>]) -> Vec<f32> {
     // The scale of a constant dof is not 0, since it is divided by.
     (0..rows[0].len()).map(|d| moments(rows.iter().map(|r| f64::from(r[d])), 1e-4).1 as f32).collect()
+}
+
+/// Least and greatest value of each dof.
+fn ranges(rows: &[Vec<f32>]) -> Vec<[f32; 2]> {
+    let range = |d: usize| {
+        rows.iter().fold([f32::INFINITY, f32::NEG_INFINITY], |[a, b], r| [a.min(r[d]), b.max(r[d])])
+    };
+    (0..rows[0].len()).map(range).collect()
 }
 
 /// The dofs of the timing metric: the joints' dofs that move most, each weighed by its spread and by that of its

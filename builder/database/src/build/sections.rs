@@ -55,7 +55,7 @@ pub(super) fn encode(
     let required = Required {
         manifest: manifest::encode(corpus, examples, groups, pairing.prototypes.len(), options),
         skeleton: skeleton::encode(body, groups),
-        dofs: dofs::encode(&shared.steps, &shared.scales),
+        dofs: dofs::encode(&shared.steps, &shared.scales, &shared.ranges),
         query: space.section(&groups.of_joint),
         classes: classes::encode(&frames.classes, &index.searchable, &index.graphs),
         clips: classes::encode_clips(&index.clips),

@@ -43,7 +43,7 @@ pub mod joint {
     pub const TOES: Range<usize> = 12..14;
 }
 
-/// Byte ranges of a dof (8 bytes).
+/// Byte ranges of a dof (8 bytes). Behind the last dof may follow a [`dof_range`] of each.
 pub mod dof_record {
     use super::Range;
     /// Length of a dof.
@@ -52,6 +52,17 @@ pub mod dof_record {
     pub const STEP: Range<usize> = 0..4;
     /// Standard deviation over the database, f32, in the dof's unit: scale of the normalised ridge.
     pub const SCALE: Range<usize> = 4..8;
+}
+
+/// Byte ranges of what a dof's values are in the captured frames (8 bytes).
+pub mod dof_range {
+    use super::Range;
+    /// Length of a range.
+    pub const LENGTH: usize = 8;
+    /// Least value, f32, in the dof's unit.
+    pub const LEAST: Range<usize> = 0..4;
+    /// Greatest value, f32, in the dof's unit.
+    pub const GREATEST: Range<usize> = 4..8;
 }
 
 /// Byte ranges of a leg (16 bytes) in the feet section: left, then right.

@@ -21,7 +21,7 @@ pub mod trust;
 mod body;
 mod frames;
 
-pub use body::{dof, dof_record, foot, joint};
+pub use body::{dof, dof_range, dof_record, foot, joint};
 pub use frames::{block, class, clip, cycle, flag, timing};
 
 /// First bytes of every blob.

@@ -1,8 +1,12 @@
-//! Degrees of freedom: quantisation step and scale of each.
+//! Degrees of freedom: quantisation step, scale and range of each.
 
-use crate::blob::{Database, layout::dof_record, read::Record};
+use crate::blob::{
+    Database,
+    layout::{dof_range, dof_record},
+    read::Record,
+};
 
-impl Database<'_> {
+impl<'db> Database<'db> {
     /// Quantisation step of a dof, in its unit.
     #[inline(never)]
     pub fn step(&self, dof: usize) -> f32 {
@@ -13,5 +17,22 @@ impl Database<'_> {
     #[inline(never)]
     pub fn scale(&self, dof: usize) -> f32 {
         Record::of(self.required.dofs, dof, dof_record::LENGTH).f32(dof_record::SCALE)
+    }
+
+    /// Whether the blob says the ranges of dofs.
+    #[inline]
+    pub fn has_dof_ranges(&self) -> bool {
+        self.required.dofs.len() > self.counts.dofs * dof_record::LENGTH
+    }
+
+    /// Least and greatest value of each dof in the captured frames, in its unit, in the order of the dofs. Nothing in blobs
+    /// of builders before 2026-11-28, which do not say it.
+    #[inline]
+    pub fn dof_ranges(&self) -> impl Iterator<Item = [f32; 2]> + use<'db> {
+        let ranges = self.required.dofs.get(self.counts.dofs * dof_record::LENGTH..).unwrap_or(&[]);
+        ranges.as_chunks::<{ dof_range::LENGTH }>().0.iter().map(|range| {
+            let range = Record(range);
+            [range.f32(dof_range::LEAST), range.f32(dof_range::GREATEST)]
+        })
     }
 }

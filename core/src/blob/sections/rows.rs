@@ -41,7 +41,8 @@ impl Database<'_> {
             *last = (i32::from(u16_at(bases, 2 * (self.counts.dofs - 1)) as i16) + field as i32) as f32;
         }
         let records = self.required.dofs.as_chunks::<{ dof_record::LENGTH }>().0;
-        for (value, record) in dofs.iter_mut().zip(records) {
+        // Behind the records their ranges may follow, and behind the dofs padding.
+        for (value, record) in dofs.iter_mut().zip(records).take(self.counts.dofs) {
             *value *= Record(record).f32(dof_record::STEP);
         }
     }

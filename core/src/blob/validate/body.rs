@@ -70,5 +70,10 @@ pub(super) fn dofs(db: &Database<'_>) -> Checked {
         let fits = (1e-9..=1e3).contains(&db.step(d)) && (1e-9..=1e6).contains(&db.scale(d));
         check(section::DOFS, d, fits)?;
     }
+    for (i, [least, greatest]) in db.dof_ranges().enumerate() {
+        // False for NaN.
+        let fits = -1e3 <= least && least <= greatest && greatest <= 1e3;
+        check(section::DOFS, db.counts.dofs + i, fits)?;
+    }
     Ok(())
 }

@@ -4,7 +4,7 @@ use crate::blob::{
     Database,
     check::{Checked, length},
     layout::{
-        DEGREE, class, clip, cycle, dof_record, joint, query,
+        DEGREE, class, clip, cycle, dof_range, dof_record, joint, query,
         section::{self, Required},
         timing,
     },
@@ -22,7 +22,8 @@ pub(super) fn lengths(db: &Database<'_>) -> Checked {
         // Decoded below.
         manifest: manifest.len(),
         skeleton: c.joints * joint::LENGTH + joint::TRAILER,
-        dofs: c.dofs * dof_record::LENGTH,
+        // One table, or two.
+        dofs: c.dofs * (dof_record::LENGTH + if db.has_dof_ranges() { dof_range::LENGTH } else { 0 }),
         query,
         classes: c.classes * class::LENGTH,
         clips: c.clips * clip::LENGTH,

@@ -45,7 +45,7 @@ use crate::{
     math::{
         abs, clamp,
         fixed::{Fraction, Multiplier, PowerOfTwo, bit_length, product, shift, sqrt_wide},
-        smoothstep, sqrt,
+        maximum, smoothstep, sqrt,
     },
     methods::mixture::{
         ridge::{ANSWER_BITS, ENTRY_BITS, System},
@@ -222,7 +222,7 @@ impl Regression {
             Ridge::Raw => per_unit,
             Ridge::Normalised => per_unit * scale,
         };
-        let at_least = |slope: f32| if slope > self.least_slope { slope } else { self.least_slope };
+        let at_least = |slope: f32| maximum(slope, self.least_slope);
         let slope = lambda * (per_unit * per_unit);
         let (slope, fed_back) = (at_least(slope), at_least(slope * feedback));
         // √w times the means: the largest has 23 or 24 bits, and its square, less `DROPPED_BITS`, 30.
@@ -241,7 +241,7 @@ impl Regression {
         } else {
             2 * bit_length(largest_mean) - DROPPED_BITS as i32 + means_power
         };
-        let of_slope = exponent(if fed_back > slope { fed_back } else { slope });
+        let of_slope = exponent(maximum(fed_back, slope));
         let up = ENTRY_BITS - 2 - bit_length(largest).max(of_means).max(of_slope);
         let (of_sum, of_product) = (PowerOfTwo::new(up), PowerOfTwo::new(means_power + up));
         let entry = |sum: i32, i: usize, j: usize| {

@@ -185,6 +185,7 @@ pub fn manifest(database: &Database<'_>) -> Result<Value> {
         "groups": list(manifest.groups),
         "hips_line": database.hips_line(),
         "dofs": dof_names(manifest.joints.iter()),
+        "ranges": database.dof_ranges().collect::<Vec<_>>(),
         "scales": (0..counts.dofs).map(|d| database.scale(d)).collect::<Vec<_>>(),
         "feature_scales": (0..counts.features).map(|f| database.feature_scale(f)).collect::<Vec<_>>(),
         "feature_groups": (0..counts.features).map(|f| database.feature_group(f)).collect::<Vec<_>>(),
