@@ -82,6 +82,7 @@ pub fn sections(
             Table::of(body, (style, action), &of(Some(style), action), feet, wanted.rounds)
         })
         .collect();
+    let tables = statistic::table::floored(tables, wanted.from);
     Sections { lti, statistic: Some(statistic::table::section(wanted.from, &tables)) }
 }
 
