@@ -4,8 +4,8 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use gestus_database::command_line::{
+    lenient::lenient,
     outputs::{exit_code, matches},
-    stylizer_args::lenient,
 };
 use gestus_firmware_sim::{
     board::command::{self as board, BoardArgs},
@@ -88,6 +88,7 @@ fn run_command() -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use clap::error::ErrorKind;
+    use gestus_core::Method;
     use gestus_database::command_line::parameters::undocumented;
 
     use super::*;
@@ -98,6 +99,19 @@ mod tests {
             .try_get_matches_from(format!("gestus-sim {line}").split_whitespace())
             .err()
             .map(|e| e.kind())
+    }
+
+    #[test]
+    fn items_of_lists_are_trimmed() {
+        let clip = ["--db", "a.gestus", "--input", "a.bvh", "--style", "proud"];
+        let line = ["gestus-sim", "link", "tcp:localhost:1", "--robot", "r", "--robot-at", "0.5, -0.1"];
+        let matches = command().try_get_matches_from(line.into_iter().chain(clip)).unwrap();
+        let link = matches.subcommand().unwrap().1;
+        assert_eq!(link.get_many("robot_at").unwrap().copied().collect::<Vec<f32>>(), [0.5, -0.1]);
+        let line = ["gestus-sim", "board", "m4f", "--build", "--methods", "mar, phase"];
+        let matches = command().try_get_matches_from(line).unwrap();
+        let methods = matches.subcommand().unwrap().1.get_many("methods").unwrap();
+        assert_eq!(methods.copied().collect::<Vec<Method>>(), [Method::Mar, Method::Phase]);
     }
 
     #[test]

@@ -24,8 +24,8 @@ mod translate;
 use anyhow::Result;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use gestus_database::command_line::{
+    lenient::lenient,
     outputs::{check_animation, check_clip, check_outputs, matches, note, say, shown, tell},
-    stylizer_args::lenient,
 };
 
 /// Motion style transfer that runs on a microcontroller: builds databases, translates clips, measures.
@@ -135,7 +135,10 @@ mod tests {
                 ["gestus", "evaluate", "ablation", "--data", "d", "-o", "o", "--parameters", parameters];
             command().try_get_matches_from(words)
         };
-        assert!(given("k,prune").is_ok());
+        let matches = given(" k, prune ").unwrap();
+        let ablation = matches.subcommand().and_then(|(_, evaluate)| evaluate.subcommand()).unwrap().1;
+        assert_eq!(ablation.get_many::<String>("parameters").unwrap().collect::<Vec<_>>(), ["k", "prune"]);
+        assert!(Cli::from_arg_matches(&matches).is_ok());
         let error = given("k,kk").unwrap_err().to_string();
         assert!(error.contains("kk") && error.contains("kappa-rho"), "{error}");
     }

@@ -12,6 +12,7 @@ use gestus_core::{Database, Method};
 use gestus_database::{
     command_line::{
         blob,
+        lenient::Trimmed,
         options::ReportArgs,
         outputs::{check_outputs, note, say},
         progress,
@@ -104,7 +105,7 @@ pub struct BoardArgs {
     #[arg(long, requires = "build")]
     least: bool,
     /// Build the image with these methods alone, as the core's features choose them: the others take no flash
-    #[arg(long, conflicts_with = "image", value_delimiter = ',', value_name = "METHOD,…", value_parser = PossibleValuesParser::new(Method::NAMES).try_map(method))]
+    #[arg(long, conflicts_with = "image", value_delimiter = ',', value_name = "METHOD,…", value_parser = Trimmed(PossibleValuesParser::new(Method::NAMES)).try_map(method))]
     methods: Vec<Method>,
     #[command(flatten)]
     report: ReportArgs,

@@ -1,6 +1,6 @@
 //! `gestus-sim link`.
 
-use std::{path::PathBuf, time::Duration};
+use std::{path::PathBuf, str::FromStr, time::Duration};
 
 use anyhow::{Context, Result, bail};
 use clap::value_parser;
@@ -11,6 +11,7 @@ use gestus_core::{
 use gestus_database::{
     command_line::{
         blob,
+        lenient::Trimmed,
         options::ReportArgs,
         outputs::{note, say},
         progress,
@@ -73,7 +74,7 @@ pub struct RobotArgs {
     #[arg(long, value_name = "ROBOT.gestus")]
     pub robot: Option<PathBuf>,
     /// The hinges' angles before the first tick, radians, in the order of the tables; those that are not given are 0
-    #[arg(long, requires = "robot", value_delimiter = ',', allow_hyphen_values = true)]
+    #[arg(long, requires = "robot", value_delimiter = ',', allow_hyphen_values = true, value_parser = Trimmed(f32::from_str))]
     pub robot_at: Vec<f32>,
     /// One request a frame for style and servos: the board steps the pose and makes the robot's ticks that are due. This
     /// machine does it in separate requests, and has to come to the same bits

@@ -5,6 +5,8 @@
 #[cfg(feature = "command-line")]
 pub mod blob;
 #[cfg(feature = "command-line")]
+pub mod lenient;
+#[cfg(feature = "command-line")]
 pub mod options;
 #[cfg(feature = "command-line")]
 pub mod outputs;

@@ -1,9 +1,8 @@
 //! Options of a stylizer: style, labels and parameters, shared by `gestus translate` and `gestus-sim`.
 
-use std::{convert::Infallible, str::FromStr};
+use std::str::FromStr;
 
 use anyhow::{Context, Result, bail};
-use clap::Arg;
 use gestus_core::{
     Config, ConfigError, Database, Effort, Method,
     blob::Names,
@@ -25,19 +24,6 @@ use crate::{
 const BOUND_S: f32 = 0.2;
 /// Greatest lead and lag, seconds.
 const MAX_BOUND_S: f32 = 10.0;
-
-/// Makes an option accept negative numbers, so that they are refused with the option's range, and trims the items of a
-/// list, but for lists of given words, which their parser checks.
-pub fn lenient(option: Arg) -> Arg {
-    if option.is_positional() || !option.get_action().takes_values() {
-        return option;
-    }
-    let parser = option.get_value_parser();
-    let free = parser.type_id() == std::any::TypeId::of::<String>() && parser.possible_values().is_none();
-    let list = free && option.get_value_delimiter().is_some();
-    let option = option.allow_negative_numbers(true);
-    if list { option.value_parser(|item: &str| Ok::<_, Infallible>(item.trim().to_owned())) } else { option }
-}
 
 /// The method and its Effort: the stylizer's options that also apply to whole clips (`--method effort`).
 #[derive(clap::Args, Clone, Debug)]
