@@ -2,8 +2,8 @@
 
 use gestus_core::{Config, Database, Method, blob::layout::section};
 use gestus_database::stream::{Request, Streamed, stream};
+use gestus_motion::{body::Body, clip::Clip};
 use gestus_tests::{motion, patch, reference, trace::Trace};
-use nalgebra::{Quaternion, UnitQuaternion};
 
 const MARGIN: f32 = 0.05;
 
@@ -22,26 +22,17 @@ fn run(blob: &[u8], method: Method, margin: f32) -> (Trace, Streamed) {
     (trace, streamed)
 }
 
-/// The dofs of the joints of each output pose, from joint 1 on: `(mean⁻¹ q)` as an exponential map, radians.
-fn joint_dofs(database: &Database<'_>, streamed: &Streamed) -> Vec<Vec<f64>> {
-    let means: Vec<UnitQuaternion<f64>> = (1..database.counts().joints)
-        .map(|j| database.joint(j).mean.map(f64::from))
-        .map(|[x, y, z, w]| UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)))
-        .collect();
-    let of_pose = |rotations: &[UnitQuaternion<f64>]| -> Vec<f64> {
-        let joints = means.iter().zip(&rotations[1..]);
-        joints.flat_map(|(mean, q)| <[f64; 3]>::from((mean.inverse() * q).scaled_axis())).collect()
-    };
-    streamed.steps.iter().map(|step| of_pose(&step.frame.rotations)).collect()
-}
-
 /// How far the outputs leave the ranges and the input at most, radians.
 fn furthest_outside(database: &Database<'_>, (trace, streamed): &(Trace, Streamed)) -> f64 {
     let joints = 3 * (database.counts().joints - 1);
+    let body = Body::of(&motion::corpus(motion::SMALL)).unwrap();
+    let frames = streamed.steps.iter().map(|step| step.frame.clone()).collect();
+    let outputs = body.clip_dofs(&Clip { frames, ..motion::unseen(0, 0, 1) });
     let ranges: Vec<[f32; 2]> = database.dof_ranges().collect();
     let ranges = &ranges[ranges.len() - joints..];
     let mut furthest = 0.0f64;
-    for (output, frame) in joint_dofs(database, streamed).iter().zip(&trace.frames) {
+    for (output, frame) in outputs.iter().zip(&trace.frames) {
+        let output = &output[output.len() - joints..];
         let x = &frame.x[frame.x.len() - joints..];
         for ((y, &x), [least, greatest]) in output.iter().zip(x).zip(ranges) {
             let (least, greatest) = (f64::from(least.min(x)), f64::from(greatest.max(x)));

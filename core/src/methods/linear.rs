@@ -230,8 +230,7 @@ fn translate(
         let distance = crate::math::abs(*u);
         largest = maximum(distance, largest);
     }
-    report.distance2 =
-        if largest * largest > report.distance2 { largest * largest } else { report.distance2 };
+    report.distance2 = maximum(largest * largest, report.distance2);
     let unexpected = blend(largest, frame.config.confidence, frame.config.preference);
     let left = decay(1.0 / frame.database.rate_hz(), frame.config.settle_s);
     let input_part = unexpected + left * (last_part.unwrap_or(unexpected) - unexpected);

@@ -264,11 +264,11 @@ fn moving(forward: f32, mean: f32) -> f32 {
 
 /// Ratio of two spreads, at most [`MAX_SPREAD_RATIO`].
 fn spread_ratio(to: f32, from: f32) -> f32 {
-    clamp(to / if from > 1e-6 { from } else { 1e-6 }, 0.0, MAX_SPREAD_RATIO)
+    clamp(to / maximum(from, 1e-6), 0.0, MAX_SPREAD_RATIO)
 }
 
 /// The larger of `largest` and a distance in standard deviations.
 fn max_normalised(largest: f32, distance: f32, deviation: f32) -> f32 {
-    let distance = distance / if deviation > 1e-6 { deviation } else { 1e-6 };
+    let distance = distance / maximum(deviation, 1e-6);
     maximum(distance, largest)
 }

@@ -7,7 +7,11 @@
 
 use heapless::Vec;
 
-use crate::{Config, math::exp, search::top_k::insert};
+use crate::{
+    Config,
+    math::{exp, maximum},
+    search::top_k::insert,
+};
 
 /// Greatest number of classes in a mixture.
 pub const MAX_KEPT: usize = 8;
@@ -67,7 +71,7 @@ pub(crate) fn proportions(
     let least = searched().fold(f32::INFINITY, |least, (_, d)| if bits(d) < bits(least) { d } else { least });
     let width = match width {
         // At distance 0 the nearest class takes all; the bound keeps the quotient finite.
-        Width::Relative(delta) => delta * if least > 1e-12 { least } else { 1e-12 },
+        Width::Relative(delta) => delta * maximum(least, 1e-12),
         Width::Absolute(width) => width,
     };
     // Weights are relative to the nearest class, whose weight is 1. Those beyond `MAX_EXCESS` are, all together, below a

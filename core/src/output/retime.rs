@@ -221,7 +221,7 @@ impl<const J: usize, const N: usize> Retimer<J, N> {
         let least = minimum(held_back, least);
         let lag = clamp(before + passed * (1.0 - speed), least, greatest);
         // The playhead never moves back, and never past the newest pose.
-        let lag = if lag > before + passed { before + passed } else { lag };
+        let lag = minimum(before + passed, lag);
         let waited = lag < now - 1e-3;
         self.lag = maximum(now, lag);
 

@@ -20,7 +20,7 @@
 use super::speed_limit::Fastest;
 use crate::{
     blob::layout::dof,
-    math::{abs, clamp, sqrt},
+    math::{abs, clamp, maximum, sqrt},
 };
 
 /// Time in which the root comes to rest, seconds.
@@ -64,8 +64,8 @@ impl Stillness {
         let turning = abs(at(dof::YAW)) * seconds;
         let travel = [at(dof::FORWARD) * seconds, at(dof::LEFT) * seconds, at(dof::HEIGHT) - height_prev];
         let travel2 = travel.iter().fold(0.0, |sum, w| sum + w * w) / (METRES_PER_RADIAN * METRES_PER_RADIAN);
-        let of_root = if travel2 > turning * turning { travel2 } else { turning * turning };
-        let max2 = if fastest.change2 > of_root { fastest.change2 } else { of_root };
+        let of_root = maximum(travel2, turning * turning);
+        let max2 = maximum(fastest.change2, of_root);
         let (standing, moving) = (speed * seconds, MOVING_RATIO * speed * seconds);
         // Most bodies move, and need no square root.
         let still = if max2 < moving * moving {

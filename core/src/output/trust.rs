@@ -143,7 +143,7 @@ impl Trust {
         let (speed, slowest, fastest) =
             if self.speed < 0.0 { (-self.speed, -fastest, -slowest) } else { (self.speed, slowest, fastest) };
         // Below 0 the class never goes this way.
-        let most = if fastest > 0.0 { fastest } else { 0.0 };
+        let most = maximum(fastest, 0.0);
         let fast = speed / (most + SPEED_MARGIN);
         if speed < IN_PLACE_SPEED {
             0.0

@@ -33,6 +33,7 @@ use crate::{
         layout::{MAX_STYLES, effort, section},
         read::{Record, f32_at, u16_at},
     },
+    math::{maximum, minimum},
 };
 
 /// A place in Effort space, or a change in it. Each factor runs from -3 to 3; 0 is what is usual for the data.
@@ -155,10 +156,10 @@ impl<'db> Dial<'db> {
             let last = count.saturating_sub(2);
             let place = (value - low) / (high - low) * (count.saturating_sub(1)) as f32;
             // Also 0 for NaN.
-            let place = if place > 0.0 { place } else { 0.0 };
+            let place = maximum(place, 0.0);
             let index = (place as usize).min(last);
             let fraction = place - index as f32;
-            *slot = (index, if fraction < 1.0 { fraction } else { 1.0 });
+            *slot = (index, minimum(fraction, 1.0));
         }
         let mut weights = [0.0; MAX_STYLES];
         for corner in 0..8usize {

@@ -7,7 +7,7 @@ use gestus_core::blob::{
 use gestus_motion::{
     body::Body,
     corpus::{Cycle, Example},
-    statistics::{moments, variance},
+    statistics::{extent, moments, variance},
 };
 use rayon::prelude::*;
 
@@ -268,10 +268,8 @@ fn deviations(rows: &[Vec<f32>]) -> Vec<f32> {
 
 /// Least and greatest value of each dof.
 fn ranges(rows: &[Vec<f32>]) -> Vec<[f32; 2]> {
-    let range = |d: usize| {
-        rows.iter().fold([f32::INFINITY, f32::NEG_INFINITY], |[a, b], r| [a.min(r[d]), b.max(r[d])])
-    };
-    (0..rows[0].len()).map(range).collect()
+    let extents = (0..rows[0].len()).map(|d| extent(rows.iter().map(|r| f64::from(r[d]))));
+    extents.map(|(least, greatest)| [least as f32, greatest as f32]).collect()
 }
 
 /// The dofs of the timing metric: the joints' dofs that move most, each weighed by its spread and by that of its

@@ -8,7 +8,7 @@
 
 use crate::{
     blob::{Database, layout::MAX_TIMING},
-    math::{exp, sqrt},
+    math::{exp, maximum, sqrt},
     methods::mixture::variables::{Factor, X, X_PREV, Y, Y_PREV, parts_per_unit},
 };
 
@@ -136,7 +136,7 @@ fn interpolate(
         return 0.0;
     }
     let (nearest, scale) = (nearest as f32, 2.0 * width * sum as f32 / neighbors.len() as f32);
-    let slope = -1.0 / if scale > 1e-20 { scale } else { 1e-20 };
+    let slope = -1.0 / maximum(scale, 1e-20);
     let (mut total, mut step) = (0.0, 0.0);
     for (weight, neighbor) in weights.iter_mut().zip(neighbors) {
         // Relative to the nearest, so that the largest weight is 1 and the sum is never 0.

@@ -128,7 +128,7 @@ impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
         let full = usize::from(self.age) + 1;
         let full = full.saturating_sub(frame.database.counts().window).saturating_add(1);
         let gain = 1.0 / full.max(1) as f32;
-        let gain = if gain < DISTANCE_GAIN { DISTANCE_GAIN } else { gain };
+        let gain = maximum(DISTANCE_GAIN, gain);
         // While the window fills, distances are not smoothed.
         let all = gain > DISTANCE_GAIN || frame.config.prune <= 0.0;
         let far = if all { f32::INFINITY } else { self.farthest_kept + FAR_MARGIN };

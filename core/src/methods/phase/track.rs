@@ -18,7 +18,7 @@ use core::ops::Range;
 
 use crate::{
     blob::{Database, PhaseTables, layout::MAX_FEATURES},
-    math::{abs, clamp},
+    math::{abs, clamp, maximum},
     search::{
         dot::{dot, dot_of_codes},
         query::Feature,
@@ -184,7 +184,7 @@ impl WhitenedQuery {
         let at = if at < 0.0 { at + knots as f32 } else { at };
         let phase = at / knots.max(1) as f32;
         let phase = if phase >= 1.0 && tables.is_cyclic { phase - 1.0 } else { phase };
-        let best = if best > 0.0 { best } else { 0.0 };
+        let best = maximum(best, 0.0);
         Projection { phase, distance2: best * self.unit2, is_expected }
     }
 }

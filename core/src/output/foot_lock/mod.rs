@@ -44,7 +44,7 @@ use crate::{
     blob::{Database, layout::MAX_JOINTS},
     body::{pose::Pose, two_bone_ik::Chain},
     math::{
-        clamp, maximum,
+        clamp, maximum, minimum,
         vector::{add, norm, subtract},
     },
 };
@@ -123,7 +123,7 @@ impl Lock {
         {
             // The height with the root's lift, or as predicted if that is lower: a wrong lift has to end.
             let over = lower_of(heights_over_floor(leg, chain, floor));
-            let least = over + if self.root.lift < 0.0 { self.root.lift } else { 0.0 };
+            let least = over + minimum(self.root.lift, 0.0);
             *stands = *stands && least < MAX_STANDING_M && over > -DEEPEST_M;
         }
         let stands = contacts.map(|stands| stands && tuning.on);

@@ -6,7 +6,7 @@ use crate::{
     blob::Leg,
     body::two_bone_ik::Chain,
     math::{
-        clamp, exp, minimum,
+        clamp, exp, maximum, minimum,
         quaternion::Vector,
         sqrt,
         vector::{add, subtract},
@@ -110,7 +110,7 @@ impl RootShift {
             need = minimum(down, need);
         }
         let goes = clamp(need, self.hip_drop - HIP_DROP_SPEED * step_s, 0.0);
-        let goes = if goes < -HIP_DROP_M { -HIP_DROP_M } else { goes };
+        let goes = maximum(-HIP_DROP_M, goes);
         let risen = self.hip_drop * exp(-step_s / HIP_DROP_S);
         self.hip_drop = minimum(goes, risen);
         need < self.hip_drop
