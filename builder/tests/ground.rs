@@ -410,16 +410,37 @@ fn the_verdict_says_what_was_recognised_and_what_was_left_alone() {
     assert!(verdict.actions[0].1 > 0.95 && verdict.left_alone.is_empty(), "{verdict:?}");
     let words = verdict.sentences().join(" ");
     assert!(words.contains("like the database") && words.contains("walk 100%"), "{words}");
+    assert!(words.find("Its style is neutral") < words.find("walk"), "{words}");
+    assert_eq!(verdict.input_style.as_deref(), Some("neutral"));
 
-    // The linear models take one style, and leave input that is to get it as it is.
+    // Input in the wanted style is told; the linear models take one style, and leave input that is to get it as it is.
     let from = database().linear_from().unwrap();
-    for (style, method, told) in [(from, Method::Lti, 1), (from, Method::Mar, 0), (from + 1, Method::Lti, 0)]
-    {
-        let mut request = Request::style(style);
+    assert_eq!(from, 0, "the walk's own style");
+    let proud = from + 1;
+    for (style, input_style, method, told) in [
+        (from, None, Method::Lti, Some("linear models")),
+        (from, None, Method::Mar, Some("neutral already")),
+        (proud, None, Method::Lti, None),
+        (proud, None, Method::Mar, None),
+        (proud, Some(proud), Method::Statistic, Some("proud already")),
+        (from, Some(proud), Method::Mar, None),
+    ] {
+        let mut request = Request { input_style, ..Request::style(style) };
         request.config = request.config.method(method);
         let mut said = verdict.clone();
         said.note_same_style(&database(), &request);
-        assert_eq!(said.advice.len(), verdict.advice.len() + told, "{:?}", said.advice);
+        assert_eq!(
+            said.advice.len(),
+            verdict.advice.len() + usize::from(told.is_some()),
+            "{:?}",
+            said.advice
+        );
+        assert!(told.is_none_or(|told| said.advice[0].contains(told)), "{:?}", said.advice);
+        assert_eq!(said.json()["same_style"], told.is_some());
+        request.style.push((style ^ 1, 0.5));
+        said = verdict.clone();
+        said.note_same_style(&database(), &request);
+        assert_eq!((&said.advice, said.same_style), (&verdict.advice, false), "a mix is another style");
     }
 
     // A body that lies on its back and rows.
@@ -444,4 +465,36 @@ fn the_verdict_says_what_was_recognised_and_what_was_left_alone() {
     let json = verdict.json();
     assert_eq!(json["like"], "unlike");
     assert!(json["text"].as_str().unwrap().contains("walk"), "{json}");
+}
+
+/// A body that stood and waved was told to walk in place.
+#[test]
+fn only_clips_whose_feet_step_may_be_in_place() {
+    let advised = |clip: &Clip| {
+        let motion = InputOptions { root: Some(Root::Motion), ..InputOptions::default() };
+        let input = read(clip, &motion).unwrap();
+        let streamed = translate(&database(), &input, &Request::style(1), &mut ()).unwrap();
+        let verdict = Verdict::of(&database(), &input, &streamed);
+        assert_ne!(verdict.likeness, Likeness::Like, "{verdict:?}");
+        assert_eq!(verdict.input_style, None);
+        verdict.advice.iter().any(|advice| advice.contains("--root in-place"))
+    };
+    // Arms that wave high, as those of no walk, with the walk's legs and with those of its first pose.
+    let mut walks = changed(walk(), |f| f.root = Vector3::new(0.0, f.root.y, 0.0));
+    let joints = walks.skeleton.names.clone();
+    let arms =
+        ["UpperArm", "LowerArm"].map(|part| joints.iter().position(|name| name.contains(part)).unwrap());
+    let wave = |clip: &mut Clip| {
+        for (t, frame) in clip.frames.iter_mut().enumerate() {
+            let swing = 2.0 + 0.5 * (t as f64 * 0.3).sin();
+            for arm in arms {
+                frame.rotations[arm] = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), swing);
+            }
+        }
+    };
+    let stance = walks.frames[0].clone();
+    let mut stands = changed(&walks, |frame| frame.clone_from(&stance));
+    wave(&mut walks);
+    wave(&mut stands);
+    assert!(advised(&walks) && !advised(&stands));
 }

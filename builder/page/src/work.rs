@@ -105,7 +105,8 @@ impl Page {
         let settings: Settings = serde_json::from_slice(&self.text)?;
         let database = self.database.context("there is no database")?;
         let input = self.input.as_ref().context("there is no clip")?;
-        let streamed = translate(&database, input, &settings.request(&database)?, &mut ())?;
+        let request = settings.request(&database)?;
+        let streamed = translate(&database, input, &request, &mut ())?;
         let output = input.output(&streamed);
         self.data = places(&input.upright(&output));
         let body = input.body(&streamed, output.rate_hz);
@@ -115,7 +116,9 @@ impl Page {
         answer["output_rate"] = json!(output.rate_hz);
         answer["body_parents"] = json!(body.skeleton.parents);
         answer["degraded_words"] = json!(degraded_words(&answer));
-        answer["verdict"] = Verdict::of(&database, input, &streamed).json();
+        let mut verdict = Verdict::of(&database, input, &streamed);
+        verdict.note_same_style(&database, &request);
+        answer["verdict"] = verdict.json();
         self.streamed = Some(streamed);
         Ok(answer)
     }

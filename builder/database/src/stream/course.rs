@@ -52,6 +52,8 @@ const STILL_M_S: f64 = 0.01;
 const ROUNDING: f64 = 1e-6;
 /// How much less a foot counts that is slower than usual: e to this power times its speed, in the usual.
 const SLOWNESS_PENALTY: f64 = 4.0;
+/// Least lift of an ankle that steps, metres: gaits have 0.07 and more, gestures 0.01 at most.
+const STEP_M: f64 = 0.05;
 /// Standard deviation of the Gaussian on the speed, seconds.
 const SPEED_SMOOTHING_S: f64 = 0.08;
 /// Standard deviation of the Gaussian that finds the path of the output, seconds: above a gait's sway.
@@ -129,6 +131,25 @@ pub fn leaps(clip: &Clip) -> Vec<usize> {
     let most = LEAP_M_S / clip.rate_hz;
     let pairs = clip.frames.windows(2).enumerate();
     pairs.filter(|(_, pair)| (pair[1].root - pair[0].root).norm() > most).map(|(t, _)| t + 1).collect()
+}
+
+/// Whether the body steps, in place or not: it is upright, and both feet are lifted and move about under the hips, as they do
+/// not where a body stands and waves.
+pub fn steps(clip: &Clip, legs: &[Leg; 2]) -> bool {
+    let places = |ankle: usize| -> Vec<Vector3<f64>> {
+        clip.frames
+            .iter()
+            .map(|frame| frame.positions(&clip.skeleton)[ankle] - flat(frame.root, &Vector3::y()))
+            .collect()
+    };
+    let does = |leg: &Leg| {
+        let places = places(leg.ankle);
+        let speed_m_s = mean_or_zero(places.windows(2).map(|p| (p[1] - p[0]).norm() * clip.rate_hz));
+        let heights = sorted(places.iter().map(|place| place.y));
+        let [low, high] = [0.05, 0.95].map(|share| quantile(&heights, share).unwrap_or(0.0));
+        high - low > STEP_M && speed_m_s > MIN_SPEED_M_S
+    };
+    is_upright(clip, legs) && legs.iter().all(does)
 }
 
 /// Whether the hips are above the knees, of which one may be lifted, in every frame.
