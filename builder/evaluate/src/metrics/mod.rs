@@ -64,6 +64,15 @@ pub fn third_difference(poses: &[Vec<Vector3<f64>>]) -> f64 {
     sum / f64::from(count.max(1))
 }
 
+/// The greatest acceleration of a joint in each frame but the first and the last, m/s². Shape `[frames - 2]`.
+pub fn accelerations(poses: &[Vec<Vector3<f64>>], rate_hz: f64) -> Vec<f64> {
+    let of = |w: &[Vec<Vector3<f64>>]| {
+        let joints = (0..w[0].len()).map(|j| (w[2][j] - w[1][j] * 2.0 + w[0][j]).norm());
+        joints.fold(0.0, f64::max) * rate_hz * rate_hz
+    };
+    poses.windows(3).map(of).collect()
+}
+
 /// Time on either side of a frame whose mean place a joint swings about, seconds.
 const SWING_S: f64 = 0.75;
 
@@ -119,6 +128,17 @@ mod tests {
             )]
         };
         (0..300).map(place).collect()
+    }
+
+    #[test]
+    fn an_acceleration_is_that_of_the_fastest_joint() {
+        let falls = |g: f64, t: f64| Vector3::new(3.0 * t, -0.5 * g * t * t, 0.0);
+        let poses: Vec<_> =
+            (0..5).map(|t| f64::from(t) / 30.0).map(|t| vec![falls(1.0, t), falls(9.81, t)]).collect();
+        let all = accelerations(&poses, 30.0);
+        assert_eq!(all.len(), 3);
+        assert!(all.iter().all(|a| (a - 9.81).abs() < 1e-9), "{all:?}");
+        assert!(accelerations(&poses[..2], 30.0).is_empty());
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! | `part` | stream | rows |
 //! |---|---|---|
 //! | `error` | held-out clips in the input style, to each output style | one for each output style and time since a transition |
+//! | `steadiness` | the same, by every method | one for each method and output style |
 //! | `recognition` | held-out clips of all classes | one for each class |
 //! | `confusion` | the same | one for each class and each action, and each style, that it is taken for |
 //! | `turning` | the same | one for each class and yaw rate of the body |
@@ -11,6 +12,7 @@
 mod error;
 mod held;
 mod recognition;
+mod steadiness;
 
 use std::path::Path;
 
@@ -67,16 +69,16 @@ impl OnClips for Args {
 
     fn evaluate(&self, experiment: &Experiment) -> Result<Evaluation> {
         let held = Held { experiment, body: Body::of(&experiment.corpus)?, clips: held_out(experiment) };
-        let bar = progress::bar(2 + experiment.to.len(), "transitions");
-        let bytes = build(&experiment.corpus.without(&held.clips), &experiment.build)?.bytes;
+        let bar = progress::bar(2 + 2 * experiment.to.len(), "transitions");
+        let bytes = build(&experiment.corpus.without(&held.clips), &experiment.build_with_models())?.bytes;
         let database = Database::open(&bytes)?;
         bar.inc(1);
         let options = WalkOptions { seconds: self.seconds, seed: self.seed, stay_s: self.stay };
         let mut rows = recognition::rows(&held, &database, &held.stream(None, &options)?)?;
         bar.inc(1);
-        rows.extend(error::rows(&held, &database, &held.stream(Some(experiment.from), &options)?, &|| {
-            bar.inc(1)
-        })?);
+        let stream = held.stream(Some(experiment.from), &options)?;
+        rows.extend(error::rows(&held, &database, &stream, &|| bar.inc(1))?);
+        rows.extend(steadiness::rows(&held, &database, &stream, &|| bar.inc(1)));
         bar.finish_and_clear();
         Ok(Evaluation {
             what: "transitions",
@@ -86,10 +88,11 @@ impl OnClips for Args {
                     `style_right` are the shares of frames in which the class with most weight is of the true action and \
                     style, `action_weight` and `style_weight` the weight that the true ones have. `confusion` has the share of \
                     the steady frames in which each action and style is recognised, `turning` what is recognised by how fast \
-                    the body turns."
+                    the body turns. `jolts_per_minute` counts the frames in which a joint accelerates more than in 99.9% of the \
+                    frames of the input, and of real clips of the output style."
                 .into(),
             keys: vec!["part", "method", "since", "action", "attribute", "recognised", "yaw"],
-            figures: vec![costs(&rows), recognised(&rows)],
+            figures: vec![costs(&rows), jolts(&rows), recognised(&rows)],
             rows,
         })
     }
@@ -113,6 +116,20 @@ fn costs(rows: &[table::Row]) -> Figure {
     Figure {
         name: "error".into(),
         caption: "Joint error in the stream, and of the same frames in clips streamed alone.".into(),
+        svg: plots::bars(labels, &names, &bars),
+    }
+}
+
+fn jolts(rows: &[table::Row]) -> Figure {
+    let of_part = rows.iter().filter(|r| r["part"] == "steadiness");
+    let names = table::distinct(of_part.map(|r| table::text(r.get("method"))));
+    let bars = [series(rows, "steadiness", "method", &names, "jolts_per_minute")];
+    let labels = Labels { title: "Jolts", x: "method", y: "frames a minute" };
+    Figure {
+        name: "jolts".into(),
+        caption:
+            "Frames a minute in which a joint accelerates more than in 99.9% of the frames of real clips."
+                .into(),
         svg: plots::bars(labels, &names, &bars),
     }
 }
@@ -171,5 +188,15 @@ mod tests {
         // Away from transitions the stream is as its clips are alone, and neither is the input.
         assert!((number(later, "error_cm") - number(later, "alone_cm")).abs() < 0.5, "{later:?}");
         assert!(number(later, "error_cm") < number(later, "unchanged_cm"), "{later:?}");
+        let steady: Vec<&table::Row> = rows.iter().filter(|r| r["part"] == "steadiness").collect();
+        let methods: Vec<&str> = steady.iter().filter_map(|r| r["method"].as_str()).collect();
+        assert_eq!(methods, ["unchanged", "mixture", "phase", "lti", "statistic"]);
+        for row in steady {
+            let most = number(row, "acceleration_most_m_s2");
+            assert!(number(row, "acceleration_mean_m_s2") < most, "{row:?}");
+            let jolts = number(row, "jolts_per_minute");
+            assert_eq!(jolts > 0.0, most > number(row, "jolt_m_s2"), "{row:?}");
+            assert!(jolts < 60.0, "{row:?}");
+        }
     }
 }
