@@ -170,6 +170,7 @@ impl<'db> Reference<'db> {
         if self.frames < window {
             *track = [found, rate, distance2];
         } else {
+            let distance2 = distance2.min(4.0 * (track[2] + 12.0));
             track[2] += (1.0 / (self.frames + 2 - window) as f64).max(0.2) * (distance2 - track[2]);
             let led = track[0] + track[1];
             let mut off = found - led;
@@ -202,6 +203,11 @@ impl<'db> Reference<'db> {
         // A first frame has nothing to settle from.
         let first = self.frames == 1;
         let now = if first || elsewhere { 1.0 } else { 0.5 * f64::from(u8::from(exchanged)) };
+        // The core rounds the query.
+        let (ratio, rounded) =
+            (self.tracks[class][2] / (2.0 * f64::from(tables.far)), frame.report.distance_ratio);
+        assert!((f64::from(rounded) - ratio).abs() < 0.01 * ratio.max(1.0), "{ratio}: {rounded}");
+        let now = (f64::from(rounded) - 2.0).clamp(now, 1.0);
         self.jump = (self.jump - 1.0 / (0.3 * motion::RATE_HZ)).max(now);
         let (ratio, second) = if tables.is_cyclic { (0.25, 0.0) } else { (1.0, 0.5) };
         let time = 0.5 * f64::from(PHASE.settle_s) * (ratio + 1.5 * self.jump);

@@ -44,11 +44,24 @@ pub type Shares = Vec<Share, MAX_KEPT>;
 
 /// Width of the kernel that gives classes their proportions.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Width {
+pub(crate) struct Width {
     /// As a multiple of the frame's least distance: δ of Xia 2015, eq. 4.
-    Relative(f32),
-    /// In units of the distance.
-    Absolute(f32),
+    relative: f32,
+    /// Least width, in units of the distance.
+    least: f32,
+}
+
+impl Width {
+    /// A multiple of the frame's least distance. At distance 0 the nearest class takes all.
+    pub const fn relative(delta: f32) -> Self {
+        // It keeps the quotient of a distance and the width finite.
+        Self { relative: delta, least: 1e-12 }
+    }
+
+    /// The same, but not less than `least`, in units of the distance.
+    pub const fn at_least(self, least: f32) -> Self {
+        Self { least, ..self }
+    }
 }
 
 /// Computes mixing proportions `exp(-D / width)` from the squared distances of the classes, `[classes]`. A negative distance
@@ -69,11 +82,7 @@ pub(crate) fn proportions(
     // Floats that are not negative have the order of their bits.
     let bits = |d: f32| d.to_bits() as i32;
     let least = searched().fold(f32::INFINITY, |least, (_, d)| if bits(d) < bits(least) { d } else { least });
-    let width = match width {
-        // At distance 0 the nearest class takes all; the bound keeps the quotient finite.
-        Width::Relative(delta) => delta * maximum(least, 1e-12),
-        Width::Absolute(width) => width,
-    };
+    let width = maximum(width.relative * least, width.least);
     // Weights are relative to the nearest class, whose weight is 1. Those beyond `MAX_EXCESS` are, all together, below a
     // quarter of its last bit.
     let weight = |d: f32| {
@@ -116,7 +125,7 @@ mod tests {
     fn proportions_follow_equation_4() {
         let distances = [0.2, -1.0, 0.1, 0.4];
         let mut shares = Shares::new();
-        assert!(!proportions(&distances, Width::Relative(0.7), 0.0, 8, &mut shares));
+        assert!(!proportions(&distances, Width::relative(0.7), 0.0, 8, &mut shares));
         let exact = |d: f64| (-d / (0.7 * 0.1)).exp();
         let total = exact(0.2) + exact(0.1) + exact(0.4);
         let classes: std::vec::Vec<u16> = shares.iter().map(|s| s.class).collect();
@@ -130,11 +139,11 @@ mod tests {
     fn what_is_dropped_is_bounded_by_weight_and_by_number() {
         let distances = [0.1, 0.12, 0.2, 0.5];
         let mut shares = Shares::new();
-        assert!(!proportions(&distances, Width::Relative(0.35), 0.05, 8, &mut shares));
+        assert!(!proportions(&distances, Width::relative(0.35), 0.05, 8, &mut shares));
         assert_eq!(shares.len(), 2);
         assert!((shares.iter().map(|s| s.proportion).sum::<f32>() - 1.0).abs() < 1e-6);
         // 28 classes at the same distance: eight are kept, and it is said.
-        assert!(proportions(&[3.0; 28], Width::Relative(0.7), 0.01, 8, &mut shares));
+        assert!(proportions(&[3.0; 28], Width::relative(0.7), 0.01, 8, &mut shares));
         assert_eq!(shares.len(), 8);
         assert!(shares.iter().all(|s| s.proportion == 0.125));
     }
@@ -148,18 +157,29 @@ mod tests {
                 seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                 0.1 + (seed >> 8) as f32 * 2e-8
             });
-            assert!(!proportions(&distances, Width::Relative(0.7), 0.0, 8, &mut shares), "{distances:?}");
+            assert!(!proportions(&distances, Width::relative(0.7), 0.0, 8, &mut shares), "{distances:?}");
             assert_eq!(shares.len(), 8);
+        }
+    }
+
+    #[test]
+    fn the_kernel_is_as_wide_as_the_distance_beyond_its_least_width() {
+        let width = Width::relative(0.1).at_least(12.0);
+        for (distances, expected) in [([60.0, 72.0], 12.0_f64), ([600.0, 690.0], 60.0), ([0.0, 12.0], 12.0)] {
+            let mut shares = Shares::new();
+            assert!(!proportions(&distances, width, 0.0, 8, &mut shares));
+            let nearest = 1.0 / (1.0 + (-f64::from(distances[1] - distances[0]) / expected).exp());
+            assert!((f64::from(shares[0].proportion) - nearest).abs() < 1e-6, "{distances:?}: {shares:?}");
         }
     }
 
     #[test]
     fn a_class_at_distance_zero_takes_all() {
         let mut shares = Shares::new();
-        assert!(!proportions(&[0.0, 0.1], Width::Relative(0.7), 0.01, 8, &mut shares));
+        assert!(!proportions(&[0.0, 0.1], Width::relative(0.7), 0.01, 8, &mut shares));
         assert_eq!(shares.as_slice(), [Share { class: 0, proportion: 1.0 }]);
         // Where no class was searched nothing is kept.
-        let _ = proportions(&[-1.0, -1.0], Width::Relative(0.7), 0.01, 8, &mut shares);
+        let _ = proportions(&[-1.0, -1.0], Width::relative(0.7), 0.01, 8, &mut shares);
         assert!(shares.is_empty());
     }
 }

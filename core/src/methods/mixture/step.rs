@@ -184,7 +184,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         let most = usize::from(config.classes);
         let most = if is_fresh { most.min(weights::MAX_KEPT_FRESH) } else { most };
         let (distances, shares) = (self.class_distances.distances(database), &mut report.classes);
-        let cut = weights::proportions(&distances, Width::Relative(config.delta), config.prune, most, shares);
+        let cut = weights::proportions(&distances, Width::relative(config.delta), config.prune, most, shares);
         report.degraded.set(Degraded::CLASSES, cut);
         // The search of far classes restarts all the time; that counts where they have weight.
         let jumped =

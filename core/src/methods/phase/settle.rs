@@ -7,7 +7,8 @@
 //! c' = c + (a + b - a b) (c'[t-1] - c) + a b (c'[t-1] - c'[t-2])
 //! ```
 //!
-//! It takes longer where a stream begins or leaps, and after a [`Jump`], as when an arm falls before the wave is over.
+//! It takes longer where a stream begins or leaps, after a [`Jump`], as when an arm falls before the wave is over, and where
+//! the body is far from every class, as between two actions.
 //!
 //! Only rotations keep their velocity, in i16, which is all that fits into 8 KB. Height and speeds set off at once.
 
@@ -38,8 +39,8 @@ impl<const J: usize> Settled<J> {
     /// A constant of zeros, which every optimisation level writes in place.
     pub const NEW: Self = Self { steps: [[0; 3]; J], jump: Jump::NEW };
 
-    /// Settles `signals.predicted`. `elsewhere` is 1 if the stream begins or leaps, or the body is elsewhere in the
-    /// clip of the nearest class than the last frame led to, and less if it is elsewhere in a cycle.
+    /// Settles `signals.predicted`. `elsewhere` is 1 if the stream begins or leaps, the body is far from every class, or
+    /// elsewhere in the clip of the nearest than the last frame led to, and less if it is elsewhere in a cycle.
     #[inline(never)]
     pub fn settle(
         &mut self,

@@ -1,9 +1,9 @@
 //! One frame of the tables by phase.
 //!
 //! The window of poses becomes a feature. Every class that the labels allow is compared with it, which gives a distance
-//! and a phase ([`super::track`]). A class weighs `exp(-(D - min D) / 12)`, where D is its smoothed distance. The
-//! weighted classes make the output ([`super::mix`]), whose change of the input settles over time ([`super::settle`]), so
-//! that it does not jump with the phase of a gesture or the weights of classes.
+//! and a phase ([`super::track`]). A class weighs `exp(-(D - min D) / max(12, 0.1 min D))`, where D is its smoothed
+//! distance. The weighted classes make the output ([`super::mix`]), whose change of the input settles over time
+//! ([`super::settle`]), so that it does not jump with the phase of a gesture or the weights of classes.
 //!
 //! Smoothed distances change slowly. A class that is further than all those that have weight is compared in every other
 //! frame, with the gain of two frames.
@@ -34,8 +34,11 @@ use crate::{
     },
 };
 
-/// Width of the kernel that gives classes their proportions, whitened square units.
+/// Least width of the kernel that gives classes their proportions, whitened square units.
 const KERNEL_WIDTH: f32 = 12.0;
+/// Width of that kernel as a part of the least distance. Far from every class, as between two actions, the nearest is another
+/// one in every frame.
+const KERNEL_RATIO: f32 = 0.1;
 /// Gain of the filter of a class's distance: weight of the current frame.
 const DISTANCE_GAIN: f32 = 0.2;
 /// Frames from one comparison of a far class to the next.
@@ -46,7 +49,7 @@ const FAR_DISTANCE_GAIN: f32 = 0.36;
 const FAR_MARGIN: f32 = 0.5 * KERNEL_WIDTH;
 /// A frame's distance counts as at most this many times the sum of the filtered one and `KERNEL_WIDTH`. A wrong frame may be
 /// so far from every class that the filter would need seconds to forget it.
-const MAX_RISE_RATIO: f32 = 10.0;
+const MAX_RISE_RATIO: f32 = 4.0;
 /// What a new place in a cycle counts beside a jump to another part of a clip. More lets the effect of a wrong pose last.
 const CYCLE_JUMP: f32 = 0.5;
 /// Half-life of the mean forward speed and yaw rate, seconds.
@@ -57,6 +60,9 @@ const SLOPE_GAIN: f32 = 0.5;
 const NOT_TRACKED: f32 = -1.0;
 /// Ratio of the distance of a stream from a class to that of the class's own cycles.
 const STREAM_DISTANCE_RATIO: f32 = 2.0;
+/// Distance of a stream, over that of input like the database, from which the output settles more slowly. From one more, it
+/// takes as long as after a jump.
+const SLOW_DISTANCE_RATIO: f32 = 2.0;
 /// Mean speed above which a class moves from place to place, m/s.
 const MIN_WALK_SPEED: f32 = 0.3;
 /// Part of the class's mean speed below which the body is stopping.
@@ -242,7 +248,7 @@ fn track(
     let most = usize::from(config.classes);
     let cut = weights::proportions(
         distances,
-        Width::Absolute(KERNEL_WIDTH),
+        Width::relative(KERNEL_RATIO).at_least(KERNEL_WIDTH),
         config.prune,
         most,
         &mut report.classes,
@@ -334,13 +340,15 @@ impl<const J: usize, const C: usize> Phase<J, C> {
             }
         }
         mixed.finish(x, predicted);
-        self.settled.settle(frame, signals, &report.classes, elsewhere);
+        report.distance_ratio =
+            if far > 0.0 { report.distance2 / (STREAM_DISTANCE_RATIO * far) } else { 0.0 };
+        // Between two actions, classes and phases change in every frame.
+        let unlike = clamp(report.distance_ratio - SLOW_DISTANCE_RATIO, 0.0, 1.0);
+        self.settled.settle(frame, signals, &report.classes, maximum(elsewhere, unlike));
         report.contact_likelihood = likelihood;
         if step_s > 0.0 {
             report.predicted_step_s = step_s;
         }
-        report.distance_ratio =
-            if far > 0.0 { report.distance2 / (STREAM_DISTANCE_RATIO * far) } else { 0.0 };
         // A body that stands goes nowhere.
         let (x, predicted) = (signals.x.as_flattened(), signals.predicted.as_flattened_mut());
         for d in [dof::FORWARD, dof::LEFT] {
