@@ -128,7 +128,7 @@ fn jolts(rows: &[table::Row]) -> Figure {
     Figure {
         name: "jolts".into(),
         caption:
-            "Frames a minute in which a joint accelerates more than in 99.9% of the frames of real clips."
+            "Frames a minute in which a joint accelerates more than in 99.9% of those of the input and of real clips."
                 .into(),
         svg: plots::bars(labels, &names, &bars),
     }

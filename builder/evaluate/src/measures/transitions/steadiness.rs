@@ -55,7 +55,7 @@ pub(super) fn rows(
     rows
 }
 
-/// What all but a few of the accelerations are below.
+/// The acceleration that [`USUAL_SHARE`] of the frames stay below; 0 where there are none.
 fn usual(accelerations: impl IntoIterator<Item = f64>) -> f64 {
     quantile(&sorted(accelerations), USUAL_SHARE).unwrap_or(0.0)
 }
