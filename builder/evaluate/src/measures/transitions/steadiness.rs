@@ -27,28 +27,31 @@ pub(super) fn rows(
     done: &dyn Fn(),
 ) -> Vec<table::Row> {
     let corpus = &held.experiment.corpus;
+    let input = of_clip(&held.body, &of.walk.clip);
+    let usual_input = usual(input.iter().copied());
     let mut rows = Vec::new();
     for &style in &held.experiment.to {
         let real = corpus.examples.iter().filter(|e| e.style == style);
         let real = usual(real.flat_map(|e| of_clip(&held.body, &e.clip)));
-        let jolt = real.max(usual(of_clip(&held.body, &of.walk.clip)));
-        let mut add = |method: &str, clip: &Clip| {
-            let all = of_clip(&held.body, clip);
+        let jolt = real.max(usual_input);
+        let mut add = |method: &str, all: &[f64]| {
             let jolts = all.iter().filter(|&&a| a > jolt).count();
             rows.push(row(json!({
                 "part": "steadiness",
                 "method": method,
                 "style": corpus.styles[style],
-                "frames": clip.frames.len(),
-                "jolts_per_minute": 60.0 * clip.rate_hz * jolts as f64 / all.len().max(1) as f64,
+                // Neither the first frame nor the last has an acceleration.
+                "frames": all.len() + 2,
+                "jolts_per_minute": 60.0 * corpus.rate_hz * jolts as f64 / all.len().max(1) as f64,
                 "jolt_m_s2": jolt,
                 "acceleration_mean_m_s2": mean(all.iter().copied()),
                 "acceleration_most_m_s2": all.iter().copied().fold(0.0, f64::max),
             })));
         };
-        add("unchanged", &of.walk.clip);
+        add("unchanged", &input);
         for (method, _, _, streamed) in streamed(database, &of.walk.clip, style) {
-            add(method, &streamed.clip(&of.walk.clip, corpus.rate_hz));
+            let output = streamed.clip(&of.walk.clip, corpus.rate_hz);
+            add(method, &of_clip(&held.body, &output));
         }
         done();
     }
