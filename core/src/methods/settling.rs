@@ -129,6 +129,11 @@ impl Jump {
         self.left = maximum(now, later);
         self.left
     }
+
+    /// Notes a jump that is seen too late for the spring of its frame.
+    pub fn notice(&mut self) {
+        self.left = 1.0;
+    }
 }
 
 /// The `jump` of a [`Spring`] a frame of `seconds` later.

@@ -9,7 +9,7 @@ pub const JOINT_BYTES: usize = 661;
 /// Bytes that a neighbor adds.
 pub const NEIGHBOR_BYTES: usize = 102;
 /// Bytes that a class adds, besides its neighbors.
-pub const CLASS_BYTES: usize = 13;
+pub const CLASS_BYTES: usize = 17;
 /// Bytes that a neighbor adds in each class.
 pub const ROW_BYTES: usize = 2;
 

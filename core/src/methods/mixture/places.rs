@@ -15,6 +15,11 @@
 //! body is elsewhere in the clip. The nearest frames are then used, and u begins anew at the nearest of them: the body has
 //! jumped, and the output takes longer to settle.
 //!
+//! Clips of a style repeat a wave at other moments, too, so the outputs of one moment still cancel if they come from several
+//! clips. Where the motion repeats itself, that is, where the nearest frames lie at least [`REPEATS`] of a clip apart, N
+//! comes from one clip: the last one, unless the frames of another have less than 1/[`KEEP`] of its distance. Elsewhere, as in
+//! a raised hand, N comes from all clips, whose mean is nearer to the truth.
+//!
 //! The distances of classes, and so their proportions and the trust in them, are those of the nearest frames.
 //!
 //! Cost: at most [`MOST_DISTANCES`] distances for each class kept. Gaits have no places: their cycles are alike.
@@ -24,7 +29,7 @@ use heapless::Vec;
 use crate::{
     Report,
     blob::{Class, Database, layout::flag},
-    math::clamp,
+    math::{clamp, maximum, minimum},
     methods::weights::Share,
     search::{
         found::{Neighbor, mean},
@@ -43,8 +48,14 @@ const MOST_CLIPS: usize = 8;
 pub(super) const MOST_DISTANCES: u32 = (MOST_CLIPS * (2 * NEAR_ROWS + 1)) as u32;
 /// Part of the difference from the expected canonical time by which the place is corrected in a frame.
 const GAIN: f32 = 0.5;
+/// Least range of canonical times of the nearest frames of a motion that repeats itself.
+const REPEATS: f32 = 0.15;
+/// How many times as far as those of another clip the frames of the last one may be.
+const KEEP: f32 = 4.0;
 /// The place in a class that is not followed.
 const UNKNOWN: f32 = -1.0;
+/// No clip of a class: it has fewer.
+const NO_CYCLE: u16 = u16::MAX;
 
 /// What the frames of a class that are near the expected place are compared with.
 #[derive(Debug, Clone, Copy)]
@@ -55,31 +66,41 @@ pub(super) struct Limits {
     pub follow: f32,
 }
 
+/// The place of the body in the clips of a class.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    /// u, or [`UNKNOWN`].
+    time: f32,
+    /// The clip that a motion that repeats itself was last fitted to, a cycle of the class. It outlives `time`, so that a
+    /// wrong pose does not change the clip.
+    cycle: u16,
+}
+
 /// The place of the body in the clips of each class.
 #[derive(Debug, Clone)]
-pub(super) struct Places<const C: usize>([f32; C]);
+pub(super) struct Places<const C: usize>([Place; C]);
 
 impl<const C: usize> Places<C> {
     /// The state before the first frame, which clears it. All zeros, as the state of a method has to be.
-    pub const NEW: Self = Self([0.0; C]);
+    pub const NEW: Self = Self([Place { time: 0.0, cycle: 0 }; C]);
 
-    /// Forgets every place.
+    /// Begins anew.
     pub fn clear(&mut self) {
-        self.0.fill(UNKNOWN);
+        self.0.fill(Place { time: UNKNOWN, cycle: NO_CYCLE });
     }
 
-    /// Forgets the places of classes that have no share.
+    /// Forgets the places of classes that have no share. Their clips are taken again.
     pub fn retain(&mut self, shares: &[Share]) {
         for (class, place) in self.0.iter_mut().enumerate() {
             if !shares.iter().any(|share| usize::from(share.class) == class) {
-                *place = UNKNOWN;
+                place.time = UNKNOWN;
             }
         }
     }
 
     /// Follows the body in a class of whole actions. `rows` has those that the search has found, nearest first. It gets
-    /// those that follow the last place, unless they are too far. Returns true if the body has jumped: its place was known,
-    /// and it is elsewhere.
+    /// those that follow the last place, unless they are too far. Returns true if it keeps the nearest: the body is elsewhere,
+    /// or its place was not known.
     pub fn follow<const K: usize>(
         &mut self,
         database: &Database<'_>,
@@ -90,7 +111,7 @@ impl<const C: usize> Places<C> {
         report: &mut Report,
     ) -> bool {
         let Some(place) = self.0.get_mut(class) else { return false };
-        let (was_known, mut found) = (*place >= 0.0, Vec::new());
+        let mut found = Vec::new();
         let distances = follow(database, class, metric, limits, rows, place, &mut found);
         if !found.is_empty() {
             rows.clear();
@@ -101,7 +122,7 @@ impl<const C: usize> Places<C> {
         }
         report.visits += distances;
         report.bytes_read += distances * metric.bytes() as u32;
-        was_known && found.is_empty()
+        found.is_empty()
     }
 }
 
@@ -117,32 +138,62 @@ fn follow(
     metric: &Metric,
     limits: Limits,
     nearest: &[u16],
-    place: &mut f32,
+    place: &mut Place,
     found: &mut Near,
 ) -> u32 {
     let record = database.class(class);
     let mut distances = 0;
-    if *place >= 0.0 {
+    let time = |&row: &u16| time_of(database, class, &record, row);
+    if place.time >= 0.0 {
         let clips = record.cycles.clamp(1, MOST_CLIPS);
-        let clip = |i: usize| record.first_cycle + i * record.cycles / clips;
+        let offset = |i: usize| i * record.cycles / clips;
+        let clip = |i: usize| record.first_cycle + offset(i);
         let pace = (0..clips).map(|i| 1.0 / database.cycle_duration(clip(i))).sum::<f32>() / clips as f32;
-        let expected = clamp(*place + pace, 0.0, 1.0);
+        let expected = clamp(place.time + pace, 0.0, 1.0);
+        let repeats = range(nearest.iter().map(time)) >= REPEATS;
+        let (mut chosen, mut least) = (place.cycle, f32::INFINITY);
         for i in 0..clips {
-            distances += measure(database, &record, clip(i), expected, metric, found);
+            let mut best = Vec::new();
+            distances += measure(database, &record, clip(i), expected, metric, &mut best);
+            if best.is_empty() {
+                continue;
+            }
+            if repeats {
+                // A class has fewer than 2^16 cycles, because it has fewer rows.
+                let cycle = u16::try_from(offset(i)).unwrap_or(NO_CYCLE);
+                let distance = mean(&best) * if cycle == place.cycle { 1.0 } else { KEEP };
+                if distance >= least {
+                    continue;
+                }
+                (least, chosen) = (distance, cycle);
+                found.clear();
+            }
+            // By reference: dropping heapless's own iterator can panic.
+            for &neighbor in &best {
+                insert(found, MOST_CLIPS * MOST_OF_CLIP, neighbor, |other| {
+                    other.distance2 <= neighbor.distance2
+                });
+            }
         }
         found.truncate(nearest.len());
         let far = database.trust_limits(class).map_or(0.0, |trust| trust.far);
         let most = limits.distance2 + limits.follow * far;
         if !found.is_empty() && mean(found) * metric.unit2() <= most {
-            let times = found.iter().map(|neighbor| time_of(database, class, &record, neighbor.row));
-            let seen = times.sum::<f32>() / found.len() as f32;
-            *place = clamp(expected + GAIN * (seen - expected), 0.0, 1.0);
+            let seen = found.iter().map(|neighbor| time(&neighbor.row)).sum::<f32>() / found.len() as f32;
+            *place = Place { time: clamp(expected + GAIN * (seen - expected), 0.0, 1.0), cycle: chosen };
             return distances;
         }
         found.clear();
     }
-    *place = nearest.first().map_or(UNKNOWN, |&row| time_of(database, class, &record, row));
+    place.time = nearest.first().map_or(UNKNOWN, time);
     distances
+}
+
+/// Difference of the greatest and the least of some canonical times.
+fn range(times: impl Iterator<Item = f32>) -> f32 {
+    let (least, most) =
+        times.fold((1.0, 0.0), |(least, most), time| (minimum(least, time), maximum(most, time)));
+    most - least
 }
 
 /// Canonical time of a row of the class in its clip, 0 to 1.
@@ -152,17 +203,16 @@ fn time_of(database: &Database<'_>, class: usize, record: &Class, row: u16) -> f
     clamp(time, 0.0, 1.0)
 }
 
-/// Adds the frames of a clip that are nearest to the query, of those near the `expected` canonical time, to `found`. Returns
-/// the number of distances computed.
+/// Puts the frames of a clip that are nearest to the query, of those near the `expected` canonical time, into `best`, nearest
+/// first. Returns the number of distances computed.
 fn measure(
     database: &Database<'_>,
     class: &Class,
     cycle: usize,
     expected: f32,
     metric: &Metric,
-    found: &mut Near,
+    best: &mut Vec<Neighbor, MOST_OF_CLIP>,
 ) -> u32 {
-    let mut best: Vec<Neighbor, MOST_OF_CLIP> = Vec::new();
     let (mut distances, own) = (0, database.cycle_rows(class, cycle));
     let middle = database.row_at(cycle, expected);
     for row in middle.saturating_sub(NEAR_ROWS)..=middle + NEAR_ROWS {
@@ -174,10 +224,7 @@ fn measure(
         // A class has fewer than 2^16 rows.
         let row = u16::try_from(row - class.first_row).unwrap_or(u16::MAX);
         let neighbor = Neighbor { distance2, row, expanded: false, followed: true };
-        insert(&mut best, MOST_OF_CLIP, neighbor, |other| other.distance2 <= distance2);
-    }
-    for &neighbor in &best {
-        insert(found, MOST_CLIPS * MOST_OF_CLIP, neighbor, |other| other.distance2 <= neighbor.distance2);
+        insert(best, MOST_OF_CLIP, neighbor, |other| other.distance2 <= distance2);
     }
     distances
 }

@@ -96,6 +96,14 @@ impl<const J: usize> Settled<J> {
         if first { spring.at_rest() } else { spring }
     }
 
+    /// Notes whether the body has jumped in the clip of any class. In one that is not the nearest, a jump counts from the
+    /// next frame on: the spring of this one is in use.
+    pub fn note(&mut self, has_jumped: bool) {
+        if has_jumped {
+            self.jump.notice();
+        }
+    }
+
     /// Settles on the prediction, after corrections and changes of all classes were added up in `signals.correction` by the
     /// [`parts`](Spring::parts) of the spring. That is then the difference between output and prediction.
     #[inline(never)]

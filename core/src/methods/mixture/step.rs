@@ -96,7 +96,7 @@ impl<const J: usize, const K: usize, const C: usize> Translate<J> for Mixture<J,
     fn forget_window(&mut self) {
         self.window.clear();
         self.class_distances.restart_warmup();
-        self.places.clear();
+        self.places.retain(&[]);
     }
 
     fn reset(&mut self) {
@@ -238,7 +238,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
     }
 
     /// Takes the rows that a class is fitted to: its nearest ones, or of whole actions those that follow the last ones. Returns
-    /// true if the body has jumped to another place of a clip.
+    /// true if the body has jumped to another place of a clip, or another class takes part.
     #[inline(never)]
     fn take_rows(
         &mut self,
@@ -360,18 +360,18 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         context.observer.stage(Stage::Timing);
         self.steps.set_query(database, x, x_prev);
         context.observer.stage(Stage::Rest);
-        let mut step_s = 0.0;
         context.signals.predicted.fill([0.0; 4]);
         context.signals.correction.fill([0.0; 4]);
-        let (mut i, mut spring) = (0, Spring::NONE);
+        let (mut i, mut spring, mut step_s) = (0, Spring::NONE, 0.0);
         while let Some(&share) = context.report.classes.get(i) {
             i += 1;
             let class = usize::from(share.class);
-            let jumped = self.take_rows(context, metric, class);
+            let jumped = self.take_rows(context, metric, class) && !context.frame.first;
             // The nearest class comes first.
             if i == 1 {
                 spring = self.settled.begin(context, jumped);
             }
+            self.settled.note(jumped);
             // The root's mix first: the time step and the votes follow it.
             self.load_examples(context, metric, share, root_mix, K, Some(&mut votes));
             parameters.output_rho = output_rho(database, config, class, settings.mix(root_mix));
