@@ -96,8 +96,8 @@ impl Spring {
     }
 }
 
-/// How long ago the body has jumped: where it is elsewhere in the clip of the nearest class than the frames before lead to,
-/// and where another action becomes clearly the nearest, unless both are gaits.
+/// How long ago the body has jumped: where it is elsewhere in the clip of a class than the frames before lead to, where another
+/// class takes part, and where another action becomes clearly the nearest, unless both are gaits.
 #[derive(Debug, Clone)]
 pub(super) struct Jump {
     /// 1 in the frame of a jump, then falls to 0.
