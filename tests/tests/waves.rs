@@ -121,7 +121,6 @@ fn a_wave_still_waves_in_a_style_that_repeats_it_less_often() {
 #[test]
 fn waves_of_takes_at_other_moments_do_not_cancel() {
     let kept = kept(Config::new(), 0.3);
-    println!("KEPT {kept}");
     assert!(kept > 0.8, "{kept}");
 }
 
