@@ -7,7 +7,7 @@
 //! | scheme | output of a cycle |
 //! |---|---|
 //! | [`Scheme::Spread`] | one real cycle of all similar actions; neighboring inputs get different outputs, as often as kernel weights say |
-//! | [`Scheme::Both`] | two real cycles, those of `Spread` and `Viterbi`: the output is their mean |
+//! | [`Scheme::Both`] | two real cycles, whose mean is the output: those of `Spread` and `Viterbi`; of a whole clip, that of `Spread` and the clip most like it |
 //! | [`Scheme::Viterbi`] | one real cycle, chosen such that the sequence fits well and is continuous |
 //! | [`Scheme::Nearest`] | one real cycle, the best fit |
 //! | [`Scheme::Kernel`] | a prototype: a kernel average of a dozen real cycles; a few dozen per class |
@@ -22,6 +22,7 @@
 
 use gestus_motion::{corpus::Cycle, statistics::distance2};
 
+mod alike;
 mod cycles;
 mod prototypes;
 mod scheme;
@@ -77,8 +78,17 @@ pub fn pair_among(
     kept: &[bool],
 ) -> Pairing {
     if scheme == Scheme::Both {
-        let second = pair_among(cycles, classes, styles, Scheme::Viterbi, kept).outputs;
-        return Pairing { second, ..pair_among(cycles, classes, styles, Scheme::Spread, kept) };
+        let first = pair_among(cycles, classes, styles, Scheme::Spread, kept);
+        let mut second = pair_among(cycles, classes, styles, Scheme::Viterbi, kept).outputs;
+        let partners = alike::partners(cycles, kept);
+        for (input, (firsts, seconds)) in first.outputs.iter().zip(&mut second).enumerate() {
+            for (first, second) in firsts.iter().zip(seconds) {
+                // In its own style, a cycle is its own output.
+                let Some(partner) = first.filter(|&f| f != input).and_then(|f| partners[f]) else { continue };
+                *second = Some(partner);
+            }
+        }
+        return Pairing { second, ..first };
     }
     let all: Vec<Vec<usize>> =
         (0..classes.len()).map(|c| (0..cycles.len()).filter(|&i| cycles[i].class == c).collect()).collect();

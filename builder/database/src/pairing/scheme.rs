@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 pub enum Scheme {
     /// Real cycles of similar actions, distributed by kernel weight.
     Spread,
-    /// The outputs of `Spread` and of `Viterbi`, whose mean the core computes.
+    /// The outputs of `Spread` and of `Viterbi`, whose mean the core computes. Of a whole clip, the second is the clip most
+    /// like the first.
     #[default]
     Both,
     /// The sequence of real cycles with the best fit and continuity.
