@@ -35,6 +35,8 @@ const MAX_DEVIATION: f32 = 100.0;
 const JUMP_RATIO: f32 = 1.5;
 /// Time after which a jump no longer adds to the time, seconds.
 const JUMP_S: f32 = 0.3;
+/// Proportion from which on a class that is not the nearest jumps as much as the nearest.
+const WHOLE_JUMP: f32 = 1.0 / 3.0;
 /// Proportion above which a class is clearly the nearest.
 const CLEAR: f32 = 0.6;
 
@@ -97,7 +99,7 @@ impl Spring {
 }
 
 /// How long ago the body has jumped: where it is elsewhere in the clip of a class than the frames before lead to, where another
-/// class takes part, and where another action becomes clearly the nearest, unless both are gaits.
+/// class takes part, by its proportion, and where another action becomes clearly the nearest, unless both are gaits.
 #[derive(Debug, Clone)]
 pub(super) struct Jump {
     /// 1 in the frame of a jump, then falls to 0.
@@ -130,9 +132,10 @@ impl Jump {
         self.left
     }
 
-    /// Notes a jump that is seen too late for the spring of its frame.
-    pub fn notice(&mut self) {
-        self.left = 1.0;
+    /// Notes a jump in a class with this proportion that is seen too late for the spring of its frame. What hardly takes part
+    /// hardly moves the output.
+    pub fn notice(&mut self, proportion: f32) {
+        self.left = maximum(self.left, clamp(proportion / WHOLE_JUMP, 0.0, 1.0));
     }
 }
 
@@ -234,6 +237,18 @@ mod tests {
         assert!(follow(false, 4, 1.0, 0.0) < 1.0, "the same again");
         assert_eq!(follow(false, 0, 1.0, 0.0), 1.0, "a gait after a gesture");
         assert_eq!(follow(true, 4, 1.0, 1.0), 1.0, "a stream that begins with a jump");
+    }
+
+    #[test]
+    fn a_class_that_hardly_takes_part_hardly_jumps() {
+        let after = |left, proportion| {
+            let mut jump = Jump { left, nearest: 0 };
+            jump.notice(proportion);
+            jump.left
+        };
+        assert!((after(0.0, 0.1) - 0.3).abs() < 1e-6);
+        assert_eq!(after(0.0, 0.4), 1.0, "no more than a whole jump");
+        assert_eq!(after(0.5, 0.1), 0.5, "less than what is left of another");
     }
 
     #[test]

@@ -105,16 +105,16 @@ pub enum GestusParameter {
     /// Time in which the output settles on the prediction, seconds, so that it does not jump where other neighbors or
     /// classes take part. Meanwhile the mixture's output moves as those of its neighbors move, so it does not lag. The
     /// output of tables by phase has no neighbors to follow, so it settles in half of the time. A gait that has all the
-    /// weight takes a quarter of the time. The time is longer where the body jumps to another part of a clip or begins
-    /// another action. Of linear models, the part of the input that is blended in settles. More is smoother, and takes
-    /// longer to take up a change; 0 puts the prediction out as it is, as Xia 2015 and Hsu 2005 do. 0.01 to 10, or 0
-    /// for none. Default 0.1.
+    /// weight takes a quarter of the time. The time is longer where the body jumps to another part of a clip, begins
+    /// another action, or where clips of another gesture come to take part. Of linear models, the part of the input
+    /// that is blended in settles. More is smoother, and takes longer to take up a change; 0 puts the prediction out as
+    /// it is, as Xia 2015 and Hsu 2005 do. 0.01 to 10, or 0 for none. Default 0.1.
     Settle = 28,
     /// In clips of a whole action, the frames that come after the last ones are preferred to the nearest. They may be
     /// further by this multiple of the distance of the clips that the builder left out. They keep the repetitions of a
-    /// wave apart, whose outputs cancel otherwise. More keeps to the order of the clips, and is slower to notice that
-    /// the body is elsewhere in them; less flattens waves. 0 takes the nearest frames, as Xia 2015 does. 0.01 to 100,
-    /// or 0 for none. Default 1.
+    /// wave apart, whose outputs cancel otherwise; where a motion repeats itself, all of them come from one clip. More
+    /// keeps to the order of the clips, and is slower to notice that the body is elsewhere in them; less flattens
+    /// waves. 0 takes the nearest frames, as Xia 2015 does. 0.01 to 100, or 0 for none. Default 1.
     Follow = 29,
     /// How far an output may turn a joint beyond where any captured frame of the database has it, radians along each
     /// axis, unless the input goes that way too. 0 sets no limit: elbows may bend backwards. More gives a strength

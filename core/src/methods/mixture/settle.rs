@@ -96,11 +96,11 @@ impl<const J: usize> Settled<J> {
         if first { spring.at_rest() } else { spring }
     }
 
-    /// Notes whether the body has jumped in the clip of any class. In one that is not the nearest, a jump counts from the
-    /// next frame on: the spring of this one is in use.
-    pub fn note(&mut self, has_jumped: bool) {
+    /// Notes whether the body has jumped in the clip of a class with this proportion. In one that is not the nearest, a jump
+    /// counts from the next frame on: the spring of this one is in use.
+    pub fn note(&mut self, has_jumped: bool, proportion: f32) {
         if has_jumped {
-            self.jump.notice();
+            self.jump.notice(proportion);
         }
     }
 

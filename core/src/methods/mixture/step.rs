@@ -371,7 +371,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             if i == 1 {
                 spring = self.settled.begin(context, jumped);
             }
-            self.settled.note(jumped);
+            self.settled.note(jumped, share.proportion);
             // The root's mix first: the time step and the votes follow it.
             self.load_examples(context, metric, share, root_mix, K, Some(&mut votes));
             parameters.output_rho = output_rho(database, config, class, settings.mix(root_mix));
