@@ -7,8 +7,8 @@
 use gestus_motion::statistics::distance2;
 
 use crate::{
-    pairing::cycles::{CycleData, at},
-    registration::{timeline::Kind, warp},
+    pairing::cycles::{CycleData, shape},
+    registration::timeline::Kind,
 };
 
 /// Phases at which clips are compared: a clip of a dozen waves has five in each.
@@ -17,17 +17,17 @@ const PHASES: usize = 64;
 const KEPT: f64 = 0.8;
 
 /// For every cycle that is a whole clip, the kept one of its class that is most like it, or itself where there is none or
-/// where the mean of both would move less than either. `None` for cycles of gaits, which feet keep in step.
+/// where the mean of both would keep less than [`KEPT`] of their movement. `None` for cycles of gaits, which feet keep in
+/// step.
 pub(super) fn partners(cycles: &[CycleData<'_>], kept: &[bool]) -> Vec<Option<usize>> {
-    let shapes: Vec<Option<Vec<Vec<f64>>>> = cycles
-        .iter()
-        .map(|cycle| (Kind::of_cycle(cycle.cycle) == Kind::Whole).then(|| shape(cycle)))
-        .collect();
-    let partner = |(i, own): (usize, &Option<Vec<Vec<f64>>>)| {
+    let whole = |cycle: &CycleData<'_>| Kind::of_cycle(cycle.cycle) == Kind::Whole;
+    let shapes: Vec<Option<Vec<f64>>> =
+        cycles.iter().map(|cycle| whole(cycle).then(|| shape(cycle, PHASES))).collect();
+    let partner = |(i, own): (usize, &Option<Vec<f64>>)| {
         let own = own.as_ref()?;
         let others = shapes.iter().enumerate().filter_map(|(o, other)| {
             let other = other.as_ref().filter(|_| kept[o] && o != i && cycles[o].class == cycles[i].class)?;
-            Some((o, other, own.iter().zip(other).map(|(a, b)| distance2(a, b)).sum::<f64>()))
+            Some((o, other, distance2(own, other)))
         });
         let nearest = others.min_by(|a, b| a.2.total_cmp(&b.2));
         Some(nearest.filter(|(_, other, _)| kept_movement(own, other) >= KEPT).map_or(i, |(o, _, _)| o))
@@ -35,22 +35,17 @@ pub(super) fn partners(cycles: &[CycleData<'_>], kept: &[bool]) -> Vec<Option<us
     shapes.iter().enumerate().map(partner).collect()
 }
 
-/// Dofs of the pose at uniform phases, shape `[PHASES][D]`.
-fn shape(cycle: &CycleData<'_>) -> Vec<Vec<f64>> {
-    (0..PHASES).map(|p| warp::shape(&at(cycle, p as f64 / PHASES as f64))).collect()
-}
-
 /// How much the mean of two clips moves, over the mean of how much they do.
-fn kept_movement(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
-    let mean: Vec<Vec<f64>> =
-        a.iter().zip(b).map(|(a, b)| a.iter().zip(b).map(|(a, b)| 0.5 * (a + b)).collect()).collect();
+fn kept_movement(a: &[f64], b: &[f64]) -> f64 {
+    let mean: Vec<f64> = a.iter().zip(b).map(|(a, b)| 0.5 * (a + b)).collect();
     let typical = 0.5 * (movement(a) + movement(b));
     if typical > 0.0 { movement(&mean) / typical } else { 1.0 }
 }
 
-/// How much a clip moves from phase to phase, root mean square.
-fn movement(clip: &[Vec<f64>]) -> f64 {
-    clip.windows(2).map(|pair| distance2(&pair[0], &pair[1])).sum::<f64>().sqrt()
+/// How far a clip moves from phase to phase, the norm of all steps.
+fn movement(clip: &[f64]) -> f64 {
+    let dofs = clip.len() / PHASES;
+    distance2(&clip[dofs..], &clip[..clip.len() - dofs]).sqrt()
 }
 
 #[cfg(test)]

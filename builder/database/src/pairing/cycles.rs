@@ -7,6 +7,8 @@ use gestus_motion::{
     statistics::{mean_or_zero, moments},
 };
 
+use crate::registration::warp;
+
 /// Length of a content vector.
 pub(super) const CONTENT: usize = 3;
 /// Weight of each: mean speed, mean yaw rate, spread of the yaw rate.
@@ -35,6 +37,12 @@ pub type ClassName = (usize, usize);
 /// Dofs of a cycle at a phase, interpolated.
 pub(super) fn at(cycle: &CycleData<'_>, phase: f64) -> Vec<f64> {
     row_at(cycle.dofs, cycle.cycle.position(phase))
+}
+
+/// Dofs of the pose at uniform phases, one after another: `[phases * D]`. The root's velocities are left out: they tell the
+/// speed, not the movement.
+pub(super) fn shape(cycle: &CycleData<'_>, phases: usize) -> Vec<f64> {
+    (0..phases).flat_map(|p| warp::shape(&at(cycle, p as f64 / phases as f64))).collect()
 }
 
 /// Content of each cycle: mean speed, mean yaw rate and standard deviation of the yaw rate. The first two mean the same in

@@ -11,8 +11,8 @@
 //!
 //! On captured walks, runs and turns the ratio is 1.4 between walk and turns, and at least 4.4 between these and a run.
 
-use crate::pairing::cycles::{ClassName, CycleData, at};
-use crate::registration::{timeline::Kind, warp};
+use crate::pairing::cycles::{ClassName, CycleData, shape};
+use crate::registration::timeline::Kind;
 use gestus_motion::statistics::{distance2, mean};
 
 /// Greatest ratio of distances for similar actions.
@@ -36,7 +36,7 @@ pub(super) fn pools(
         .map(|(m, gait)| {
             let step = m.len().div_ceil(SAMPLE).max(1);
             let sampled = m.iter().step_by(step).filter(|_| *gait);
-            sampled.map(|&i| (cycles[i].clip, shape(&cycles[i]))).collect()
+            sampled.map(|&i| (cycles[i].clip, shape(&cycles[i], PHASES))).collect()
         })
         .collect();
     let class_of = |action: usize, style: usize| classes.iter().position(|&c| c == (action, style));
@@ -64,11 +64,6 @@ pub(super) fn pools(
             shared.flat_map(|(c, _)| members[c].iter().copied()).collect()
         })
         .collect()
-}
-
-/// Dofs of the pose at uniform phases. The root's velocities are left out: they tell the speed, not the movement.
-fn shape(cycle: &CycleData<'_>) -> Vec<f64> {
-    (0..PHASES).flat_map(|p| warp::shape(&at(cycle, p as f64 / PHASES as f64))).collect()
 }
 
 /// Mean distance of cycles to the nearest of `others` from another clip; `None` if there is none or the distance is 0.
