@@ -37,8 +37,9 @@ fn values(parameter: &Parameter) -> String {
 fn the_document_is_the_table() {
     let mut page = "# Parameters\n\nGenerated from `core/src/config/parameters.rs`. The number is that of the link's \
         `Configure` and of `GestusParameter` in C; the name is the field of `Config` in Rust. On the command line a \
-        parameter is the option of its name, without the unit: `halflife_s` is `--halflife`. A parameter \
-        has no effect on other methods.\n\n| number | name | values | default | methods | what it does |\n|---|---|---|---|---|---|\n"
+        parameter is the option of its name, without the unit: `halflife_s` is `--halflife`; `contacts` is \
+        switched off by `--no-contact`. A parameter affects only the methods of its row.\n\n\
+        | number | name | values | default | methods | what it does |\n|---|---|---|---|---|---|\n"
         .to_owned();
     for parameter in TABLE {
         let Parameter { number, name, methods, .. } = parameter;

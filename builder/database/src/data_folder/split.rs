@@ -27,7 +27,7 @@ use super::{config::AnnotateError, pattern::Pattern};
 pub enum Set {
     /// Constants are chosen on it.
     Development,
-    /// Figures are published of it; no choice looks at it.
+    /// Published figures are measured on it; no choice looks at it.
     Test,
 }
 
