@@ -19,7 +19,7 @@ fn figures(text: &str) -> (&str, f64) {
     (what, most.split_whitespace().next().unwrap().parse().unwrap())
 }
 
-/// The second program printed 2.2e-01 where the page said 3.1e-03: the core had learnt to settle tables by phase and to
+/// The second program printed 2.2e-01 where the page said 3.1e-03: the core had learnt to settle phase tables and to
 /// expect a place in whole clips, and the page had not.
 #[test]
 #[ignore = "needs Python with NumPy: `cargo xtask checking`"]

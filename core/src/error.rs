@@ -185,7 +185,7 @@ pub enum ConfigError {
         /// The drive's capacity.
         have: u16,
     },
-    /// The database lacks the data of the method (frames, linear models, statistics or tables by phase), or the core was
+    /// The database lacks the data of the method (frames, linear models, statistics or phase tables), or the core was
     /// built without the method: see [`Method::is_built`](crate::Method::is_built).
     Method,
     /// A joint group can't have a style of its own with linear models, which have one state and one time step for the

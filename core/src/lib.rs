@@ -19,8 +19,8 @@
 //! 9. [`output::foot_lock`] holds standing feet ([`body::two_bone_ik`]), and [`output::speed_limit`] bounds the speed of the
 //!    joints by that of the input. The [`Report`] says what happened.
 //!
-//! Steps 2 to 7 are those of the default method, the mixture ([`Method::Mar`]). The other methods replace them: tables
-//! by phase (`methods::phase`), linear models ([`methods::linear`]) and statistics of joints (`methods::statistics`),
+//! Steps 2 to 7 are those of the default method, the mixture ([`Method::Mar`]). The other methods replace them: phase
+//! tables (`methods::phase`), linear models ([`methods::linear`]) and statistics of joints (`methods::statistics`),
 //! which need no frames. See [`Method`]. Each method is a feature of the crate; firmware without it saves its flash and
 //! RAM.
 //!

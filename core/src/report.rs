@@ -93,11 +93,11 @@ pub struct Report {
     /// The classes used and their proportions, largest first.
     pub classes: Shares,
     /// How far from the data. Mixture: mean squared distance of the nearest class's neighbors, weighted square
-    /// metres. Tables by phase: squared distance to the nearest class, whitened. Linear models and statistics: the largest
+    /// metres. Phase tables: squared distance to the nearest class, whitened. Linear models and statistics: the largest
     /// distance of a dof from its mean, squared, in variances.
     pub distance2: f32,
     /// `distance2` relative to that of input of the database's kind, for which it is about 1 at most. Mixture and
-    /// tables by phase: relative to held-out frames of the nearest class; 0 where the blob does not store it. Linear
+    /// phase tables: relative to held-out frames of the nearest class; 0 where the blob does not store it. Linear
     /// models and statistics: relative to a constant of the method, in variances.
     pub distance_ratio: f32,
     /// Part of the input that is passed through because it is unlike the database, 0 to 1.
@@ -108,7 +108,7 @@ pub struct Report {
     pub bytes_read: u32,
     /// Left and right foot of the output: does it stand?
     pub contacts: [bool; 2],
-    /// How likely it is that they stand, 0 to 1, in this frame alone. Mixture: by its neighbors. Tables by phase: by
+    /// How likely it is that they stand, 0 to 1, in this frame alone. Mixture: by its neighbors. Phase tables: by
     /// their own contacts. Linear models and statistics: 0 or 1, by a discriminant.
     pub contact_likelihood: [f32; 2],
     /// Left and right foot: is it held where it stands?

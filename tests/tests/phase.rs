@@ -1,4 +1,4 @@
-//! Tables by phase: every frame against the equations in `f64`, and the method's documented behaviour.
+//! Phase tables: every frame against the equations in `f64`, and the method's documented behaviour.
 
 use std::sync::OnceLock;
 

@@ -161,7 +161,7 @@ fn measure(
     Ok(())
 }
 
-/// The boards without an FPU: the mixture and the tables by phase, each unlabelled and labelled.
+/// The boards without an FPU: the mixture and the phase tables, each unlabelled and labelled.
 fn without_fpu(
     stream: &str,
     with: &[&str],

@@ -32,8 +32,8 @@ fn main() -> anyhow::Result<()> {
     for (name, method, labelled) in [
         ("mixture", Method::Mar, false),
         ("mixture, labelled", Method::Mar, true),
-        ("tables by phase", Method::Phase, false),
-        ("tables by phase, labelled", Method::Phase, true),
+        ("phase tables", Method::Phase, false),
+        ("phase tables, labelled", Method::Phase, true),
     ] {
         let timed = |all: bool| -> anyhow::Result<f64> {
             let mut characters = Vec::with_capacity(count);

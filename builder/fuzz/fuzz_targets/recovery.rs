@@ -27,7 +27,7 @@ use libfuzzer_sys::fuzz_target;
 
 const JOINTS: usize = 22;
 /// Frames in which a stream comes back, two and a half seconds, and for which it then has to be back: half a cycle.
-/// Almost all are back in two; the longest that was found took 61 frames, by tables by phase.
+/// Almost all are back in two; the longest that was found took 61 frames, by phase tables.
 const BACK: usize = 75;
 const COMPARED: usize = 16;
 /// The first frames that can be wrong: what a stream begins with is softer.

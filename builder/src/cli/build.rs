@@ -79,7 +79,7 @@ pub struct Args {
     bytes: Option<usize>,
     #[command(flatten)]
     fit: FitArgs,
-    /// Leave out the tables by phase, the linear models and the statistics
+    /// Leave out the phase tables, the linear models and the statistics
     #[arg(long, conflicts_with = "from")]
     no_models: bool,
     /// Labels of Effort that people gave: a filled-in table of `gestus effort sheet`; default: estimates

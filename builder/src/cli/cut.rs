@@ -13,7 +13,7 @@ use super::open;
 pub struct Args {
     /// The database
     db: PathBuf,
-    /// Keep the tables by phase, the linear models and the statistics, and no frames
+    /// Keep the phase tables, the linear models and the statistics, and no frames
     #[arg(long)]
     models_only: bool,
     /// The smaller database

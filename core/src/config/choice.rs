@@ -94,7 +94,7 @@ choices! {
         Lti = "lti",
         /// Transfer of means and spreads, with quaternions.
         Statistic = "statistic",
-        /// Tables by phase: means of each class over its cycle.
+        /// Phase tables: means of each class over its cycle.
         Phase = "phase",
     }
 }

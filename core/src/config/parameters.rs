@@ -230,7 +230,7 @@ parameters! {
     27 LIVELINESS liveliness: f32 = 0.0, [0 or 0.01 to 4.0], &[Method::Mar];
     /// Time in which the output settles on the prediction, seconds, so that it does not jump where other neighbors or
     /// classes take part. Meanwhile the mixture's output moves as those of its neighbors move, so it does not lag. The
-    /// output of tables by phase has no neighbors to follow, so it settles in half of the time. A gait that has all the
+    /// output of phase tables has no neighbors to follow, so it settles in half of the time. A gait that has all the
     /// weight takes a quarter of the time. The time is longer where the body jumps to another part of a clip, begins
     /// another action, or where clips of another gesture come to take part. With linear models, only the part of the
     /// input that is blended in settles. More is smoother, and takes longer to follow a change; 0 outputs the prediction

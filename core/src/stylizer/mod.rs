@@ -67,7 +67,7 @@ pub struct Stylizer<'db, const J: usize, const K: usize, const C: usize> {
     last: Option<Pose<J>>,
 }
 
-/// A stylizer of tables by phase alone takes 8 KB.
+/// A stylizer of phase tables alone takes 8 KB.
 #[cfg(all(target_pointer_width = "32", not(any(feature = "mar", feature = "lti", feature = "statistic"))))]
 const _: () = assert!(size_of::<Stylizer<'_, 22, 1, 28>>() <= 8192);
 

@@ -35,7 +35,7 @@ pub enum GestusMethod {
     Linear = 1,
     /// Transfer of means and standard deviations.
     Statistic = 2,
-    /// Tables by phase: means of each class over its cycle.
+    /// Phase tables: means of each class over its cycle.
     Phase = 3,
 }
 

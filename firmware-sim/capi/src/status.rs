@@ -62,7 +62,7 @@ pub enum GestusStatus {
     Weights = 37,
     /// A parameter is not finite or out of its range.
     Parameter = 38,
-    /// The database lacks the data that the method needs (frames, linear models, statistics or tables by phase), the
+    /// The database lacks the data that the method needs (frames, linear models, statistics or phase tables), the
     /// library was built without the method, or the method does not support the setting: linear models support one
     /// style for the whole body only.
     Method = 39,

@@ -22,7 +22,7 @@ pub(super) struct Estimates<'a> {
     pub models: &'a models::Sections,
     pub features: &'a Features,
     pub shared: &'a Shared,
-    /// The tables by phase.
+    /// The phase tables.
     pub phase: Option<&'a [u8]>,
 }
 

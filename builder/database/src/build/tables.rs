@@ -1,4 +1,4 @@
-//! Tables by phase, which are made of everything before: cycles, their outputs, and features.
+//! Phase tables, which are made of everything before: cycles, their outputs, and features.
 
 use super::{clips::Clips, frames::Frames, index::Features, pairs::Paired};
 use crate::models::phase::{self, Source, Tables};

@@ -32,7 +32,7 @@ pub struct MethodArgs {
     /// chooses the mix of styles
     #[arg(long, allow_hyphen_values = true, conflicts_with = "style")]
     pub effort: Option<String>,
-    /// Method: mar (mixture of autoregressive models; the default if the database has frames), phase (tables by phase), lti
+    /// Method: mar (mixture of autoregressive models; the default if the database has frames), phase (phase tables), lti
     /// (linear models) or statistic (means and standard deviations), pose by pose; or effort, with --effort: `gestus
     /// translate` rebuilds the whole clip from blended fragments, other commands use the effort dial's mix of styles
     /// with mar

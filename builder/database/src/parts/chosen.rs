@@ -8,7 +8,7 @@ use super::{
     table::Part,
 };
 
-/// A cost of condensing beyond which tables by phase, which are made of all cycles, are advised: they lose 2% on walks and
+/// A cost of condensing beyond which phase tables, which are made of all cycles, are advised: they lose 2% on walks and
 /// runs of `bandai-namco-2`.
 const HIGH_COST_PERCENT: f64 = 5.0;
 
@@ -67,7 +67,7 @@ impl Chosen {
         &self.timed[self.index]
     }
 
-    /// Tables by phase where they are held, keep the time, and are nearer than `mar` in a database that is condensed so far.
+    /// Phase tables where they are held, keep the time, and are nearer than `mar` in a database that is condensed so far.
     pub fn advised(&self) -> Option<&Timed> {
         let costs_much = self.error_cost_percent > Some(HIGH_COST_PERCENT);
         self.timed.iter().find(|t| costs_much && t.method == Method::Phase && t.is_held && t.keeps(self.fps))

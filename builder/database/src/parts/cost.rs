@@ -20,7 +20,7 @@
 //! have of their own ([`Request::mixes`](crate::stream::Request::mixes)). An example unpacks two rows of the
 //! input and three, sometimes four, of each output.
 //!
-//! These are the terms of the mixture. The other methods share the query (tables by phase alone) and the lock with it;
+//! These are the terms of the mixture. The other methods share the query (phase tables alone) and the lock with it;
 //! the rest of their terms are their own:
 //!
 //! ```text

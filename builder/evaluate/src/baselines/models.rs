@@ -7,7 +7,7 @@
 //! | `lti-labelled` | the linear model of the input's action |
 //! | `lti-raw` | `lti` without the blend of unexpected input |
 //! | `lti-clip` | `lti-raw` over the whole clip, its start extrapolated backwards |
-//! | `phase` | tables by phase, input unlabelled |
+//! | `phase` | phase tables, input unlabelled |
 //! | `phase-labelled` | the same, action and style of the input known |
 //! | `statistic` | tables of all actions, streamed |
 //! | `statistic-labelled` | the tables of the input's action |

@@ -1,4 +1,4 @@
-//! Byte ranges of the section of tables by phase.
+//! Byte ranges of the section of phase tables.
 //!
 //! ```text
 //! header     16 bytes

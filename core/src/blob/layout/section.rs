@@ -10,7 +10,7 @@
 pub enum Kept {
     /// Always.
     Always,
-    /// Where it keeps tables by phase: no other model has classes or looks at features.
+    /// Where it keeps phase tables: no other model has classes or looks at features.
     WithPhase,
     /// Never.
     Never,
@@ -138,7 +138,7 @@ sections! {
         retarget: RETARGET = 35, kept Always;
         /// Legs, and the heights of ankle and toes on the floor: see [`foot`](super::foot).
         feet: FEET = 36, kept Always;
-        /// Tables by phase: see [`phase`](super::phase).
+        /// Phase tables: see [`phase`](super::phase).
         phase: PHASE = 38, kept Always;
         /// How fast distances fall, and norms of the features: see [`distances`](super::distances).
         distances: DISTANCES = 39, kept Never;

@@ -1,4 +1,4 @@
-//! Tables by phase, as [`phase`](crate::blob::layout::phase) lays them out.
+//! Phase tables, as [`phase`](crate::blob::layout::phase) lays them out.
 
 use crate::blob::{
     Database, Numbers,
@@ -9,7 +9,7 @@ use crate::blob::{
     read::Record,
 };
 
-/// The tables of a class: what its motion and its outputs are on average, by phase.
+/// The phase tables of a class: what its motion and its outputs are on average at each phase.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PhaseTables<'db> {
@@ -89,7 +89,7 @@ impl<'db> PhaseTables<'db> {
 }
 
 impl<'db> Database<'db> {
-    /// Whether the blob has tables by phase.
+    /// Whether the blob has phase tables.
     #[inline]
     pub fn has_phase(&self) -> bool {
         self.optional.phase.is_some()
@@ -118,7 +118,7 @@ impl<'db> Database<'db> {
         Numbers::at(self.phase().0, phase::HEADER)
     }
 
-    /// Number of features of each joint group. Where there are tables by phase, features ascend by their groups.
+    /// Number of features of each joint group. Where there are phase tables, features ascend by their groups.
     #[inline(never)]
     pub fn features_by_group(&self) -> [usize; MAX_GROUPS] {
         let mut counts = [0; MAX_GROUPS];

@@ -40,7 +40,7 @@ pub(super) fn counts(bytes: &[u8]) -> Result<Counts, BlobError> {
         clips: large(header::CLIPS),
     };
     let c = &counts;
-    // A blob that was cut to its models holds no frames, and nothing that is about frames. Tables by phase have classes,
+    // A blob that was cut to its models holds no frames, and nothing that is about frames. Phase tables have classes,
     // and features that tell where in their cycle a body is.
     let models_only = c.frames == 0;
     let frameless = [c.rows, c.timing, c.cycles, c.clips].iter().all(|&n| n == 0);

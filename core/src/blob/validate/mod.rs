@@ -200,7 +200,7 @@ fn contents(db: &Database<'_>, is_built: impl Fn(Method) -> bool) -> Checked {
     if let Some(bytes) = trust {
         frames::trust(db, bytes)?;
     }
-    // Without frames only tables by phase have classes.
+    // Without frames only phase tables have classes.
     if db.counts.frames == 0 && db.counts.classes > 0 && phase.is_none() {
         return Err(BlobError::Value { section: 0, record: 8 });
     }

@@ -1,4 +1,4 @@
-//! Tables by phase: knots within their bounds, tables side by side, and numbers in range.
+//! Phase tables: knots within their bounds, tables side by side, and numbers in range.
 
 use crate::{
     blob::{

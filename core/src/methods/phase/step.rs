@@ -1,4 +1,4 @@
-//! One frame of the tables by phase.
+//! One frame of the phase tables.
 //!
 //! The window of poses becomes a feature. Every class that the labels allow is compared with it, which gives a distance
 //! and a phase ([`super::track`]). A class weighs `exp(-(D - min D) / max(12, 0.1 min D))`, where D is its smoothed

@@ -1,4 +1,4 @@
-//! Tables by phase as arrays: decoded, in the units of the dofs.
+//! Phase tables as arrays: decoded, in the units of the dofs.
 
 use anyhow::Result;
 use gestus_core::{

@@ -1,4 +1,4 @@
-//! Tables by phase: what each class is on average over its cycle, and what its outputs are. Method of its own; the
+//! Phase tables: what each class is on average over its cycle, and what its outputs are. Method of its own; the
 //! cycles' canonical time is Xia 2015's (section 4), their pairs are those of the mixture.
 //!
 //! With X_i the dofs of cycle i and f_i its features at uniform phases, and c the class of action a and style s:

@@ -1,4 +1,4 @@
-//! Tables by phase as a section of the blob: `gestus_core::blob::layout::phase`.
+//! Phase tables as a section of the blob: `gestus_core::blob::layout::phase`.
 
 use gestus_core::blob::layout::phase::{self, Parts, tables};
 
