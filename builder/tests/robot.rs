@@ -109,6 +109,43 @@ fn a_robot_like_the_body_has_hands_and_feet_where_the_body_has_them() {
     assert!(figures["tracking_rms_deg"].as_f64().unwrap() < 1.0, "{figures}");
 }
 
+/// Puts a turned hinge in front of one that is a joint's first. At angle zero every link stays where it is.
+fn with_hinge_before(text: &str, first: &str, extra: &str) -> String {
+    let start = format!("<joint name=\"{first}\" type=\"continuous\"><parent link=\"");
+    let (before, rest) = text.split_once(&start).unwrap();
+    let (parent, rest) = rest.split_once('"').unwrap();
+    let (child, rest) = rest.split_once("<origin xyz=\"").unwrap();
+    let (at, rest) = rest.split_once('"').unwrap();
+    let turn = UnitQuaternion::from_euler_angles(0.4, -0.3, 0.5);
+    let [there, back] = [turn, turn.inverse()].map(|turn| {
+        let (roll, pitch, yaw) = turn.euler_angles();
+        format!("rpy=\"{roll} {pitch} {yaw}\"")
+    });
+    format!(
+        "{before}<link name=\"{extra}\"/><joint name=\"{extra}\" type=\"continuous\"><parent link=\"{parent}\"/>\
+         <child link=\"{extra}\"/><origin xyz=\"{at}\" {there}/><axis xyz=\"1 0 0\"/></joint>\
+         {start}{extra}\"{child}<origin xyz=\"0 0 0\" {back}{rest}"
+    )
+}
+
+/// Such hinges were placed in the base, so that what hangs on them turned wrongly, and a limb's moved.
+#[test]
+fn hinges_that_no_group_drives_stay_and_carry_the_others() {
+    let map =
+        "forward = \"z\"\nup = \"y\"\nacceleration = 4000\njerk = 400000\n[joints.extra]\npart = \"\"\n";
+    let map = RobotMap::parse(map, "m.toml").unwrap();
+    for first in ["left_shoulder_0", "left_elbow_0"] {
+        let text = with_hinge_before(&body_as_robot(&corpus().skeleton), first, "extra");
+        let machine = Machine::new(&database(), Robot::parse(&text, "body.urdf").unwrap(), &map).unwrap();
+        let extra = machine.robot.find("extra").unwrap();
+        assert_eq!(machine.assignment.undriven, [extra]);
+        let played = play(&machine, walk());
+        assert!(played.ticks.iter().all(|t| t.motions[extra].position == 0.0));
+        let (reached, wanted) = end_effectors(&machine, &played, walk());
+        assert!(wanted < 1.0 && reached < 1.5, "{first}: {reached} degrees, targets {wanted}");
+    }
+}
+
 /// Hinges in the world, by forward kinematics of a row of `qpos`.
 fn world(robot: &Robot, qpos: &[f64]) -> Vec<Isometry3<f64>> {
     let turn = UnitQuaternion::new_normalize(Quaternion::new(qpos[3], qpos[4], qpos[5], qpos[6]));

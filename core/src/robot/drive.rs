@@ -36,7 +36,7 @@ pub struct Driven {
     pub missing_m: f32,
 }
 
-/// Drives up to `H` hinges: owns all the RAM, about 20 bytes a hinge.
+/// Drives up to `H` hinges: owns all the RAM, 16 bytes a hinge.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Drive<'r, const H: usize> {
@@ -123,7 +123,7 @@ impl<'r, const H: usize> Drive<'r, H> {
         // The body.
         let mut turns = [IDENTITY; MAX_JOINTS];
         let mut places = [[0.0; 3]; MAX_JOINTS];
-        let slots = turns.iter().zip(&places).len().min(J).min(robot.joints());
+        let slots = MAX_JOINTS.min(J).min(robot.joints());
         for (j, &rotation) in pose.rotations.iter().enumerate().take(slots) {
             let (parent, offset) = robot.joint(j);
             let before = parent.and_then(|p| Some((*turns.get(p)?, *places.get(p)?)));
@@ -142,9 +142,15 @@ impl<'r, const H: usize> Drive<'r, H> {
 
         // The robot, from the base outwards.
         let mut links: [Place; H] = [(IDENTITY, [0.0; 3]); H];
+        let mut driven = [false; H];
         let mut missing = 0.0;
+        let mut next = 0;
         for g in 0..robot.groups() {
             let group = robot.group(g);
+            let range = group.first..group.first + group.hinges.count;
+            // A group may hang on hinges that no group drives, which stay where they are.
+            self.place(next..range.start, angles, &mut links);
+            next = range.end;
             let parent = robot.hinge(group.first).parent;
             let before = parent.and_then(|p| links.get(p).copied()).unwrap_or((IDENTITY, [0.0; 3]));
             let joint = turns.get(group.joint).copied().unwrap_or(IDENTITY);
@@ -153,16 +159,18 @@ impl<'r, const H: usize> Drive<'r, H> {
             let turn = quaternion::multiply(relative, quaternion::conjugate(group.zero));
             let at = |h: usize| self.targets.get(group.first + h).copied().unwrap_or(0.0);
             let found = group.hinges.solve(turn, [at(0), at(1), at(2)]);
-            let range = group.first..group.first + group.hinges.count;
-            if let Some(slots) = angles.get_mut(range.clone()) {
+            if let (Some(slots), Some(driven)) =
+                (angles.get_mut(range.clone()), driven.get_mut(range.clone()))
+            {
                 slots.iter_mut().zip(found).for_each(|(slot, q)| *slot = q);
+                driven.fill(true);
             }
             self.place(range, angles, &mut links);
             if let Some(limb) = group.limb.and_then(|l| robot.limb(l)) {
                 let [from, to] = limb.joints.map(|j| places.get(j).copied().unwrap_or([0.0; 3]));
                 let way = quaternion::rotate(to_base, subtract(to, from));
                 let goal = way.map(|v| v * limb.scale);
-                let left = self.reach(limb, goal, angles, &mut links);
+                let left = self.reach(limb, goal, &driven, angles, &mut links);
                 missing = maximum(left, missing);
             }
         }
@@ -183,9 +191,16 @@ impl<'r, const H: usize> Drive<'r, H> {
         }
     }
 
-    /// Corrects a limb's angles so that its end comes to `goal`, which is relative to its beginning. Returns the distance
-    /// that is left, metres.
-    fn reach(&self, limb: super::Limb, goal: Vector, angles: &mut [f32; H], links: &mut [Place; H]) -> f32 {
+    /// Corrects the angles of a limb's driven hinges so that its end comes to `goal`, metres from its first joint in the
+    /// base's frame. Returns the distance that is left, metres.
+    fn reach(
+        &self,
+        limb: super::Limb,
+        goal: Vector,
+        driven: &[bool; H],
+        angles: &mut [f32; H],
+        links: &mut [Place; H],
+    ) -> f32 {
         let [first, last] = limb.hinges;
         let none =
             Link { offset: [0.0; 3], turn: IDENTITY, axis: [1.0, 0.0, 0.0], range: (0.0, 0.0), angle: 0.0 };
@@ -193,13 +208,10 @@ impl<'r, const H: usize> Drive<'r, H> {
         for (slot, h) in chain.iter_mut().zip(first..=last) {
             let hinge = self.robot.hinge(h);
             let limits = self.robot.limits(h);
-            *slot = Link {
-                offset: hinge.offset,
-                turn: hinge.turn,
-                axis: hinge.axis,
-                range: (limits.low, limits.high),
-                angle: angles.get(h).copied().unwrap_or(0.0),
-            };
+            let angle = angles.get(h).copied().unwrap_or(0.0);
+            let driven = driven.get(h).is_some_and(|&d| d);
+            let range = if driven { (limits.low, limits.high) } else { (angle, angle) };
+            *slot = Link { offset: hinge.offset, turn: hinge.turn, axis: hinge.axis, range, angle };
         }
         let parent = self.robot.hinge(first).parent;
         let before = parent.and_then(|p| links.get(p).copied()).map_or(IDENTITY, |l| l.0);

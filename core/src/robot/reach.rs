@@ -57,7 +57,10 @@ pub fn reach(links: &mut [Link], before: Quaternion, tip: Vector, goal: Vector) 
                 place = add(place, quaternion::rotate(turn, link.offset));
             }
             turn = quaternion::multiply(turn, link.turn);
-            *column = quaternion::rotate(turn, link.axis);
+            // A hinge with one angle takes no part.
+            if link.range.0 < link.range.1 {
+                *column = quaternion::rotate(turn, link.axis);
+            }
             *at = place;
             turn = quaternion::multiply(turn, about(link.axis, link.angle));
         }
