@@ -82,7 +82,7 @@ pub(crate) struct Phase<const J: usize, const C: usize> {
     /// Mean forward speed, m/s, and yaw rate, rad/s.
     drift: [f32; 2],
     settled: Settled<J>,
-    /// Frames since the stream began or leapt; from 255 it goes back by [`FAR_INTERVAL`].
+    /// Frames since the stream began or leapt, 1 in the first; from 255 it goes back by [`FAR_INTERVAL`].
     age: u8,
 }
 
@@ -129,16 +129,15 @@ impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
         context.observer.stage(Stage::Search);
         let query = WhitenedQuery::new(frame.database, &feature, frame.settings.mask);
         self.age =
-            if frame.first { 0 } else { self.age.checked_add(1).unwrap_or(u8::MAX - FAR_INTERVAL + 1) };
+            if frame.first { 1 } else { self.age.checked_add(1).unwrap_or(u8::MAX - FAR_INTERVAL + 1) };
         // The first pose fills the whole window. Until it has left, the window does not show how the body moves.
-        let full = usize::from(self.age) + 1;
-        let full = full.saturating_sub(frame.database.counts().window).saturating_add(1);
+        let full = usize::from(self.age).saturating_sub(frame.database.counts().window).saturating_add(1);
         let gain = 1.0 / full.max(1) as f32;
         let gain = maximum(DISTANCE_GAIN, gain);
         // While the window fills, distances are not smoothed.
         let all = gain > DISTANCE_GAIN || frame.config.prune <= 0.0;
         let far = if all { f32::INFINITY } else { self.farthest_kept + FAR_MARGIN };
-        let schedule = Schedule { gain, turn: self.age % FAR_INTERVAL, far };
+        let schedule = Schedule { gain, turn: self.age.wrapping_sub(1) % FAR_INTERVAL, far };
         let tracked = track(frame, &query, schedule, &mut self.tracks, &mut self.distances, context.report);
         self.farthest_kept = tracked.farthest_kept;
         for (class, &distance) in self.distances.iter().enumerate().take(frame.database.counts().classes) {
@@ -151,7 +150,7 @@ impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
             self.init_history(frame, context.signals, context.report);
         }
         self.follow_drift(frame, context.signals.x.as_flattened());
-        let elsewhere = if self.age == 0 { 1.0 } else { tracked.elsewhere };
+        let elsewhere = if self.age == 1 { 1.0 } else { tracked.elsewhere };
         self.mix(frame, context.signals, context.report, elsewhere);
         context.observer.stage(Stage::Rest);
     }
@@ -279,7 +278,7 @@ impl<const J: usize, const C: usize> Phase<J, C> {
     fn follow_drift(&mut self, frame: Frame<'_, '_>, x: &[f32]) {
         let gain = 1.0 - exp(-core::f32::consts::LN_2 / (DRIFT_HALF_LIFE_S * frame.database.rate_hz()));
         // The first velocity is the class's. A plain mean of the velocities so far is used until the filter is slower.
-        let mean_gain = 1.0 / f32::from(self.age.max(1));
+        let mean_gain = 1.0 / f32::from(self.age.saturating_sub(1).max(1));
         let gain = maximum(mean_gain, gain);
         for (mean, d) in self.drift.iter_mut().zip([dof::FORWARD, dof::YAW]) {
             *mean += gain * (x.get(d).copied().unwrap_or(0.0) - *mean);
