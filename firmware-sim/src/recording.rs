@@ -152,10 +152,7 @@ impl Recording {
         for (settings, recorded) in &self.frames {
             if before.replace(*settings) != Some(*settings) {
                 stylizer.set_style(&settings.styles).map_err(refused)?;
-                stylizer.set_action(None).map_err(refused)?;
-                stylizer.set_input_style(None).map_err(refused)?;
-                stylizer.set_action(settings.action).map_err(refused)?;
-                stylizer.set_input_style(settings.input_style).map_err(refused)?;
+                stylizer.set_labels(settings.action, settings.input_style).map_err(refused)?;
             }
             let mut input = Pose::<J> { position: recorded.position, ..Pose::IDENTITY };
             for (slot, rotation) in input.rotations.iter_mut().zip(recorded.rotations) {

@@ -136,10 +136,7 @@ const Gestus = (() => {
 
     // Labels, -1 for none. Both are cleared first, since a database need not have every action in every style.
     setLabels(action, style) {
-      this.check(this.c.gestus_stylizer_set_action(this.stylizer, -1));
-      this.check(this.c.gestus_stylizer_set_input_style(this.stylizer, -1));
-      this.check(this.c.gestus_stylizer_set_action(this.stylizer, action));
-      this.check(this.c.gestus_stylizer_set_input_style(this.stylizer, style));
+      this.check(this.c.gestus_stylizer_set_labels(this.stylizer, action, style));
     }
 
     setMask(group, searched) {

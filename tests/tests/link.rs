@@ -262,6 +262,47 @@ fn what_is_refused_changes_nothing() {
     assert_eq!((server.counts().faults, server.counts().steps), (12, 0));
 }
 
+/// Both once softened the output for over a second, as a setting that changes does.
+#[test]
+fn what_is_refused_or_set_already_leaves_the_stream_as_it_is() {
+    let blob = motion::small();
+    let mut stylizers = [stylizer(blob), stylizer(blob), stylizer(blob)];
+    for stylizer in &mut stylizers {
+        stylizer.set_style(&[(1, 1.0)]).expect("it is known");
+        stylizer.set_labels(Some(0), Some(0)).expect("they are known");
+    }
+    let [mut plain, mut changed, mut served] = stylizers;
+    let mut server = Served::new(&mut served, ());
+    let mut host = Host::hello(&mut server, 3);
+    // A session begins with the settings of a new stylizer.
+    assert!(is_done(host.ask(&mut server, &Request::Style(pairs(&[(1, 1.0)])))));
+    assert!(is_done(host.ask(&mut server, &Request::Labels { action: Some(0), input_style: Some(0) })));
+    let mut buffer = PoseBuffer::<J>::new();
+    let mut softened = false;
+    for (t, pose) in poses(90).iter().enumerate() {
+        if t % 10 == 5 {
+            let labels = |style| Request::Labels { action: Some(0), input_style: Some(style) };
+            assert!(is_done(host.ask(&mut server, &labels(0))));
+            fault(host.ask(&mut server, &labels(9)));
+            assert!(is_done(host.ask(&mut server, &Request::Strength(pairs(&[(0, 1.0)])))));
+            fault(host.ask(&mut server, &Request::Strength(pairs(&[(0, 0.5), (1, 2.5)]))));
+            changed.set_labels(None, None).expect("no class is named");
+            changed.set_labels(Some(0), Some(0)).expect("they are known");
+        }
+        let [mut output, mut other, mut back] = [Pose::IDENTITY; 3];
+        let _ = plain.step(pose, &mut output);
+        let _ = changed.step(pose, &mut other);
+        let answer = host.ask(&mut server, &Request::Pose(buffer.pose(pose, 21))).expect("an answer");
+        with(&answer, |_, reply| {
+            let Reply::Pose(bytes, _) = reply else { panic!("{reply:?}") };
+            bytes.read(&mut back);
+        });
+        assert_eq!(back, output, "frame {t}");
+        softened |= other != output;
+    }
+    assert!(softened, "labels that change are seen in the output");
+}
+
 /// docs/LINK.md states the limit for each list. A host that sent all parameters in one message used to receive `Malformed`,
 /// which no page explained.
 #[test]

@@ -41,8 +41,7 @@ fn main() -> anyhow::Result<()> {
                 let mut character = Character::new(database, Config::new().method(method))?;
                 character.set_style(&[((i % database.counts().styles) as u16, 1.0)])?;
                 if labelled {
-                    character.set_action(action)?;
-                    character.set_input_style(style)?;
+                    character.set_labels(action, style)?;
                 }
                 characters.push(character);
             }

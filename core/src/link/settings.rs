@@ -1,7 +1,7 @@
 //! Requests that change a setting of the stylizer.
 
 use super::{Board, Pairs, Request, server::Handler};
-use crate::{ConfigError, blob::layout::MAX_GROUPS, config::parameters};
+use crate::{ConfigError, config::parameters};
 
 impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize>
     Handler<'_, '_, B, J, K, C, N>
@@ -11,7 +11,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
     pub(super) fn set(&mut self, request: &Request<'_>) -> Result<(), ConfigError> {
         match *request {
             Request::Style(ref weights) => self.stylizer.set_style(weights),
-            Request::Labels { action, input_style } => self.labels(action, input_style),
+            Request::Labels { action, input_style } => self.stylizer.set_labels(action, input_style),
             Request::Mask { group, searched } => self.stylizer.set_mask(group, searched),
             Request::Strength(ref strengths) => self.strengths(strengths),
             Request::GroupStyle { group, ref weights } => self.stylizer.set_group_style(group, weights),
@@ -24,34 +24,14 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         }
     }
 
-    /// Sets both labels or none. They change together, since no class may have one new and one old label.
-    #[inline(never)]
-    fn labels(&mut self, action: Option<u16>, input_style: Option<u16>) -> Result<(), ConfigError> {
-        let before = self.stylizer.labels();
-        self.put_labels(action, input_style).inspect_err(|_| {
-            // The labels before were accepted.
-            let _ = self.put_labels(before.0, before.1);
-        })
-    }
-
-    fn put_labels(&mut self, action: Option<u16>, input_style: Option<u16>) -> Result<(), ConfigError> {
-        self.stylizer.set_input_style(None)?;
-        self.stylizer.set_action(action)?;
-        self.stylizer.set_input_style(input_style)
-    }
-
     /// Sets all strengths or none.
     #[inline(never)]
     fn strengths(&mut self, strengths: &Pairs) -> Result<(), ConfigError> {
-        let before: [f32; MAX_GROUPS] = core::array::from_fn(|group| self.stylizer.strength(group));
         for &(group, strength) in strengths {
-            if let Err(error) = self.stylizer.set_strength(group, strength) {
-                for (group, strength) in (0..).zip(before) {
-                    // Fails for numbers without a group.
-                    let _ = self.stylizer.set_strength(group, strength);
-                }
-                return Err(error);
-            }
+            self.stylizer.check_strength(group, strength)?;
+        }
+        for &(group, strength) in strengths {
+            self.stylizer.set_strength(group, strength)?;
         }
         Ok(())
     }

@@ -92,8 +92,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// # Errors
     /// [`ConfigError`] where the database has no such action, or not in the labelled input style.
     pub fn set_action(&mut self, action: Option<u16>) -> Result<(), ConfigError> {
-        check_id(action, self.database.counts().actions)?;
-        self.label(action, self.settings.input_style)
+        self.set_labels(action, self.settings.input_style)
     }
 
     /// Labels the input's style; `None` if it is unknown.
@@ -101,8 +100,26 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// # Errors
     /// [`ConfigError`] where the database has no such style, or not in the labelled action.
     pub fn set_input_style(&mut self, style: Option<u16>) -> Result<(), ConfigError> {
+        self.set_labels(self.settings.action, style)
+    }
+
+    /// Labels the input's action and style; `None` for what is unknown. They change together: the database need not have
+    /// the new action in the style before, nor the action before in the new style.
+    ///
+    /// # Errors
+    /// [`ConfigError`] where the database has no such action or style, or not the action in the style; both labels stay.
+    pub fn set_labels(&mut self, action: Option<u16>, style: Option<u16>) -> Result<(), ConfigError> {
+        check_id(action, self.database.counts().actions)?;
         check_id(style, self.database.counts().styles)?;
-        self.label(self.settings.action, style)
+        if self.config.method.needs().labelled_class && !self.database.classes().any(|c| c.has(action, style))
+        {
+            return Err(ConfigError::NoClass);
+        }
+        if self.labels() != (action, style) {
+            (self.settings.action, self.settings.input_style) = (action, style);
+            self.settings_changed();
+        }
+        Ok(())
     }
 
     /// Sets whether the search compares a joint group. At least one group is always compared.
@@ -138,15 +155,18 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// # Errors
     /// [`ConfigError`] for an unknown group or a strength outside 0 to 2.
     pub fn set_strength(&mut self, group: u16, strength: f32) -> Result<(), ConfigError> {
-        check_id(Some(group), self.database.counts().groups)?;
-        if !(0.0..=MAX_STRENGTH).contains(&strength) {
-            return Err(ConfigError::OutOfRange);
-        }
+        self.check_strength(group, strength)?;
         if let Some(slot) = self.settings.strength.get_mut(usize::from(group)).filter(|s| **s != strength) {
             *slot = strength;
             self.settings_changed();
         }
         Ok(())
+    }
+
+    /// Refuses what [`set_strength`](Self::set_strength) refuses.
+    pub(crate) fn check_strength(&self, group: u16, strength: f32) -> Result<(), ConfigError> {
+        check_id(Some(group), self.database.counts().groups)?;
+        if (0.0..=MAX_STRENGTH).contains(&strength) { Ok(()) } else { Err(ConfigError::OutOfRange) }
     }
 
     /// The strength that was set for a joint group.
@@ -182,18 +202,6 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     pub(super) fn settings_changed(&mut self) {
         self.stillness.settings_changed();
         self.limit.soften();
-    }
-
-    fn label(&mut self, action: Option<u16>, style: Option<u16>) -> Result<(), ConfigError> {
-        if self.config.method.needs().labelled_class && !self.database.classes().any(|c| c.has(action, style))
-        {
-            return Err(ConfigError::NoClass);
-        }
-        if self.labels() != (action, style) {
-            (self.settings.action, self.settings.input_style) = (action, style);
-            self.settings_changed();
-        }
-        Ok(())
     }
 }
 

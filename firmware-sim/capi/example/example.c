@@ -57,17 +57,10 @@ static int same(const void *a, const void *b, size_t bytes) {
   return 1;
 }
 
-// Labels are taken back before new ones are set: a database need not hold every action in every style.
 static enum GestusStatus set(GestusStylizer *stylizer, const struct settings *wanted) {
   enum GestusStatus status = gestus_stylizer_set_style(stylizer, wanted->styles, wanted->weights, 2);
   if (status == GESTUS_STATUS_OK)
-    status = gestus_stylizer_set_action(stylizer, -1);
-  if (status == GESTUS_STATUS_OK)
-    status = gestus_stylizer_set_input_style(stylizer, -1);
-  if (status == GESTUS_STATUS_OK)
-    status = gestus_stylizer_set_action(stylizer, wanted->action);
-  if (status == GESTUS_STATUS_OK)
-    status = gestus_stylizer_set_input_style(stylizer, wanted->input_style);
+    status = gestus_stylizer_set_labels(stylizer, wanted->action, wanted->input_style);
   return status;
 }
 

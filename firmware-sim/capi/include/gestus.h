@@ -675,6 +675,18 @@ enum GestusStatus gestus_stylizer_set_action(struct GestusStylizer *stylizer,
 enum GestusStatus gestus_stylizer_set_input_style(struct GestusStylizer *stylizer,
                                                   int32_t style);
 
+// Sets the input's action and style together, each a negative number if it is not known. The database need not have the
+// new action in the style before, nor the action before in the new style.
+//
+// Returns `GESTUS_STATUS_UNKNOWN` (no such action or style), `_NO_CLASS` (the database does not have the action in the
+// style), `_NULL`, `_MISALIGNED`, `_HANDLE`. If it fails, both labels stay.
+//
+// # Safety
+// `stylizer` came from `gestus_stylizer_init`.
+enum GestusStatus gestus_stylizer_set_labels(struct GestusStylizer *stylizer,
+                                             int32_t action,
+                                             int32_t style);
+
 // Sets whether the search uses the features of a joint group: 0 for no, any other number for yes. At least one group
 // has to be used.
 //
@@ -724,7 +736,7 @@ enum GestusStatus gestus_stylizer_set_parameter(struct GestusStylizer *stylizer,
 // Writes the value of a parameter, a number of `GestusParameter`, to `*value`.
 //
 // Returns `GESTUS_STATUS_UNKNOWN` (no such parameter), `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP` (`value` overlaps
-// the stylizer).
+// the stylizer or its database).
 //
 // # Safety
 // `stylizer` came from `gestus_stylizer_init`; `value` points at memory for a number.

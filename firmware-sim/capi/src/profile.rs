@@ -85,6 +85,7 @@ pub(crate) trait AnyStylizer {
     fn set_group_style(&mut self, group: u16, weights: &[(u16, f32)]) -> Result<(), ConfigError>;
     fn set_action(&mut self, action: Option<u16>) -> Result<(), ConfigError>;
     fn set_input_style(&mut self, style: Option<u16>) -> Result<(), ConfigError>;
+    fn set_labels(&mut self, action: Option<u16>, style: Option<u16>) -> Result<(), ConfigError>;
     fn set_mask(&mut self, group: u16, searched: bool) -> Result<(), ConfigError>;
     fn set_strength(&mut self, group: u16, strength: f32) -> Result<(), ConfigError>;
     fn set_effort(&mut self, target: Effort) -> Result<(), ConfigError>;
@@ -116,6 +117,10 @@ impl<const J: usize, const K: usize, const C: usize> AnyStylizer for Stylizer<'s
 
     fn set_input_style(&mut self, style: Option<u16>) -> Result<(), ConfigError> {
         self.set_input_style(style)
+    }
+
+    fn set_labels(&mut self, action: Option<u16>, style: Option<u16>) -> Result<(), ConfigError> {
+        self.set_labels(action, style)
     }
 
     fn set_mask(&mut self, group: u16, searched: bool) -> Result<(), ConfigError> {

@@ -6,6 +6,7 @@ use core::ffi::c_char;
 use gestus_core::{ConfigError, Effort, blob::layout::MAX_STYLES};
 
 use crate::{
+    database::write_value,
     memory::{self, Region, disjoint},
     profile::AnyStylizer,
     status::{GestusStatus, StatusResult, status},
@@ -200,6 +201,27 @@ pub unsafe extern "C" fn gestus_stylizer_set_input_style(
     }
 }
 
+/// Sets the input's action and style together, each a negative number if it is not known. The database need not have the
+/// new action in the style before, nor the action before in the new style.
+///
+/// Returns `GESTUS_STATUS_UNKNOWN` (no such action or style), `_NO_CLASS` (the database does not have the action in the
+/// style), `_NULL`, `_MISALIGNED`, `_HANDLE`. If it fails, both labels stay.
+///
+/// # Safety
+/// `stylizer` came from `gestus_stylizer_init`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn gestus_stylizer_set_labels(
+    stylizer: *mut GestusStylizer,
+    action: i32,
+    style: i32,
+) -> GestusStatus {
+    match label(action).and_then(|action| Ok((action, label(style)?))) {
+        // SAFETY: by the caller's contract.
+        Ok((action, style)) => unsafe { with(stylizer, |s| s.set_labels(action, style)) },
+        Err(status) => status,
+    }
+}
+
 /// Sets whether the search uses the features of a joint group: 0 for no, any other number for yes. At least one group
 /// has to be used.
 ///
@@ -277,7 +299,7 @@ pub unsafe extern "C" fn gestus_stylizer_set_parameter(
 /// Writes the value of a parameter, a number of `GestusParameter`, to `*value`.
 ///
 /// Returns `GESTUS_STATUS_UNKNOWN` (no such parameter), `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP` (`value` overlaps
-/// the stylizer).
+/// the stylizer or its database).
 ///
 /// # Safety
 /// `stylizer` came from `gestus_stylizer_init`; `value` points at memory for a number.
@@ -287,12 +309,11 @@ pub unsafe extern "C" fn gestus_stylizer_parameter(
     parameter: u32,
     value: *mut f32,
 ) -> GestusStatus {
-    // SAFETY: by the caller's contract. That `value` does not overlap the stylizer is checked before it is written.
-    status(unsafe { stylizer_of(stylizer) }.and_then(|(stylizer, [own, _])| {
-        disjoint([own, Region::of(value, 1)?])?;
+    // SAFETY: by the caller's contract.
+    status(unsafe { stylizer_of(stylizer) }.and_then(|(stylizer, regions)| {
         let known = u16::try_from(parameter).ok().and_then(|number| stylizer.parameter(number));
         // SAFETY: by the caller's contract.
-        unsafe { memory::put(value, &[known.ok_or(GestusStatus::Unknown)?]) }
+        unsafe { write_value(value, regions, known.ok_or(GestusStatus::Unknown)?) }
     }))
 }
 

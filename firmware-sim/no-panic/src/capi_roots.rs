@@ -43,6 +43,7 @@ pub unsafe fn reach(outside: &Outside) -> u32 {
             gestus_stylizer_set_style_name(memory.cast(), text.cast()),
             gestus_stylizer_set_action(memory.cast(), n[11] as i32),
             gestus_stylizer_set_input_style(memory.cast(), n[12] as i32),
+            gestus_stylizer_set_labels(memory.cast(), n[11] as i32, n[12] as i32),
             gestus_stylizer_set_mask(memory.cast(), n[13], n[14]),
             gestus_stylizer_set_strength(memory.cast(), n[15], floats[0]),
             gestus_stylizer_set_effort(memory.cast(), floats[2], floats[3], floats[4]),

@@ -70,6 +70,7 @@ fn profile<const J: usize, const K: usize, const C: usize>(
     sum ^= u32::from(stylizer.set_style(&[(short(8), floats[8]), (short(9), floats[9])]).is_ok());
     sum ^= u32::from(stylizer.set_action(option(10)).is_ok());
     sum ^= u32::from(stylizer.set_input_style(option(11)).is_ok());
+    sum ^= u32::from(stylizer.set_labels(option(10), option(11)).is_ok());
     sum ^= u32::from(stylizer.set_mask(short(12), numbers[13] == 1).is_ok());
     sum ^= u32::from(stylizer.set_strength(short(14), floats[14]).is_ok());
     let own = [(short(4), floats[5]), (short(6), floats[7]), (short(8), floats[9]), (short(5), floats[6])];

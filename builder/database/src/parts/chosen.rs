@@ -241,7 +241,7 @@ impl Chosen {
             "  in firmware: {}::new(database, Config::new().method(Method::{:?})){}",
             self.stylizer().replacen('<', "::<", 1),
             timed.method,
-            if timed.labelled { ", set_action, set_input_style" } else { "" }
+            if timed.labelled { ", set_labels" } else { "" }
         ));
         lines
     }

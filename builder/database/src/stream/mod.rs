@@ -26,6 +26,8 @@ use gestus_core::{
 };
 use nalgebra::Vector3;
 
+pub use body_mapping::same_body;
+
 use crate::with_capacities;
 use gestus_motion::clip::{Clip, Frame, rotation};
 
@@ -277,8 +279,7 @@ fn run<const J: usize, const K: usize, const C: usize>(
 ) -> Result<Streamed, ConfigError> {
     let mut stylizer = Box::new(Stylizer::<J, K, C>::new(*database, request.config)?);
     stylizer.set_style(&request.style)?;
-    stylizer.set_action(request.action)?;
-    stylizer.set_input_style(request.input_style)?;
+    stylizer.set_labels(request.action, request.input_style)?;
     for &group in &request.masked {
         stylizer.set_mask(group, false)?;
     }

@@ -239,8 +239,7 @@ impl Run<'_> {
             }
             Event::Style => stylizer.set_style(&[(to, 1.0)])?,
             Event::Labels => {
-                stylizer.set_action(Some(*action as u16))?;
-                stylizer.set_input_style(Some(*style as u16))?;
+                stylizer.set_labels(Some(*action as u16), Some(*style as u16))?;
             }
             Event::Clip | Event::Stride | Event::Leap => {}
         }

@@ -77,6 +77,16 @@ fn settings() {
         "as it should be": (s, 2) => S::Ok;
         "taken back": (s, i32::MIN) => S::Ok;
     }
+    try_all! { table, gestus_stylizer_set_labels,
+        "no stylizer": (null, 0, 0) => S::Null;
+        "stylizer misaligned": (bad, 0, 0) => S::Misaligned;
+        "no such action": (s, 2, 0) => S::Unknown;
+        "no such style": (s, 0, 3) => S::Unknown;
+        "a style beyond any number": (s, 0, i32::MAX) => S::Unknown;
+        "a database for a stylizer": (database, 0, 0) => S::Handle;
+        "as it should be": (s, 1, 2) => S::Ok;
+        "taken back": (s, -1, -1) => S::Ok;
+    }
     try_all! { table, gestus_stylizer_set_mask,
         "no stylizer": (null, 0, 0) => S::Null;
         "stylizer misaligned": (bad, 0, 0) => S::Misaligned;
@@ -127,12 +137,14 @@ fn settings() {
     }
     let mut value = 0.0f32;
     let v: *mut f32 = &mut value;
+    let in_blob = f.blob.as_ptr().wrapping_add(f.blob.as_ptr().align_offset(8)).cast_mut().cast();
     try_all! { table, gestus_stylizer_parameter,
         "no stylizer": (null, rho, v) => S::Null;
         "stylizer misaligned": (bad, rho, v) => S::Misaligned;
         "nowhere to put it": (s, rho, ptr::null_mut()) => S::Null;
         "a place misaligned": (s, rho, v.cast::<u8>().wrapping_add(1).cast()) => S::Misaligned;
         "a place in the stylizer": (s, rho, s.cast()) => S::Overlap;
+        "a place in the blob": (s, rho, in_blob) => S::Overlap;
         "no such parameter": (s, 99, v) => S::Unknown;
         "a parameter beyond any number": (s, 65_536 + rho, v) => S::Unknown;
         "a database for a stylizer": (database, rho, v) => S::Handle;

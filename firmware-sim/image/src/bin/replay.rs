@@ -39,10 +39,7 @@ fn set(stylizer: &mut Stylizer<'_, JOINTS, 40, 28>, settings: [u8; SETTINGS]) ->
         (u16::from_le_bytes([g, h]), f32::from_le_bytes(tail)),
     ];
     stylizer.set_style(&styles)?;
-    stylizer.set_action(None)?;
-    stylizer.set_input_style(None)?;
-    stylizer.set_action(label([a, b]))?;
-    stylizer.set_input_style(label([c, d]))
+    stylizer.set_labels(label([a, b]), label([c, d]))
 }
 
 /// Digest and number of frames; `None` if there is no recording for the database's skeleton, or it is truncated.
