@@ -114,7 +114,6 @@ impl Searcher {
         };
         if record.rows <= usize::from(limits.visits) {
             walk.start();
-            walk.visits_left = u16::MAX;
             walk.scan_class();
         } else {
             let mut restarts = last.is_empty() || last_mean < 0.0 || frames > MAX_FOLLOWED;

@@ -93,7 +93,8 @@ fn legs_are_chains_at_heights_of_a_body() {
     let no_toes = patched(blob(), section::FEET, foot::TOE, &[foot::NO_TOE]);
     assert_eq!(Database::open(&no_toes).unwrap().legs().unwrap()[0].toe, None);
     let short = patch::with_section(blob(), section::FEET, |bytes| bytes.truncate(foot::LENGTH));
-    refuses("one leg", &short, BlobError::Section { section: section::FEET });
+    let (need, have) = (2 * foot::LENGTH as u32, foot::LENGTH as u32);
+    refuses("one leg", &short, BlobError::Length { section: section::FEET, need, have });
 }
 
 /// Where the groups of the features are in the blob.

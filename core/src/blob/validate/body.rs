@@ -4,7 +4,7 @@ use crate::{
     BlobError,
     blob::{
         Database, Joint, Manifest,
-        check::{Checked, check, reserved},
+        check::{Checked, check, length, reserved},
         layout::{foot, joint, section},
         read::Record,
     },
@@ -45,10 +45,8 @@ pub(super) fn skeleton(db: &Database<'_>) -> Checked {
 /// Legs: joints that are each a child of the one before, and plausible heights.
 #[inline]
 pub(super) fn feet(db: &Database<'_>, bytes: &[u8]) -> Checked {
+    length(section::FEET, 2 * foot::LENGTH, bytes.len())?;
     let Some(legs) = db.legs() else { return Ok(()) };
-    if bytes.len() != 2 * foot::LENGTH {
-        return Err(BlobError::Section { section: section::FEET });
-    }
     let child =
         |joint: usize, parent: usize| joint < db.counts.joints && db.joint(joint).parent == Some(parent);
     for (side, leg) in legs.iter().enumerate() {
