@@ -511,3 +511,42 @@ fn names_need_not_be_text() {
     run(&["effort", "outputs"], &[("--db", &db), ("--input", &clip)], "outputs");
     run(&["effort", "sheet"], &[("--data", &data)], "sheet");
 }
+
+/// One of the two was ignored without a word, and clips were counted that did not exist.
+#[test]
+fn what_would_be_ignored_is_refused() {
+    let [folder, data, db] = walks("twice");
+    let [input, output, other] = ["in.bvh", "out.bvh", "generated"].map(|name| folder.join(name));
+    fs::write(&input, Bvh::from_clip(common::walk(), Unit::Centimetres).unwrap().to_text()).unwrap();
+    let [data, db, input, output, other] = [&data, &db, &input, &output, &other].map(|p| p.to_str().unwrap());
+    let build = ["build", "--data", data, "-o", output];
+    let translate = ["translate", "--db", db, "--input", input, "--style", "proud", "-o", output];
+    let transfer = ["transfer", "--input", input, "--reference", input, "-o", output];
+    let synth = ["synth", "-o", other, "--clips", "1", "--seconds", "2"];
+    for (call, more, said) in [
+        (&build[..], &["--groups", "a=Hand_L,a=Hand_R"][..], "--groups: `a` is given twice"),
+        (&translate, &["--strength", "left-arm=0.5,left-arm=2"], "--strength: `left-arm` is given twice"),
+        (&translate, &["--group-style", "left-arm=proud,left-arm=neutral"], "--group-style: `left-arm`"),
+        (&transfer, &["--floor", "1e9"], "--floor 1000000000: metres"),
+        (&synth, &["--actions", "walk,walk"], "--actions: `walk` is given twice"),
+        (&["evaluate", "timing", "--data", data, "-o", output], &["--to", "proud,proud"], "--to: `proud`"),
+        (
+            &["evaluate", "timing", "--data", data, "-o", output],
+            &["--from", "proud", "--to", "proud"],
+            "--to proud",
+        ),
+    ] {
+        let (ok, stderr) = gestus(&[call, more].concat());
+        assert!(!ok && stderr.contains(said), "{more:?}: {stderr}");
+    }
+    // Clips of an earlier call would be built as well.
+    let of = |style| gestus(&[&synth[..], &["--actions", "walk", "--styles", style]].concat());
+    assert!(of("neutral,proud").0 && of("neutral,proud").0);
+    let (ok, stderr) = of("neutral");
+    assert!(!ok && stderr.contains("walk_proud_000.bvh"), "{stderr}");
+    // The rate is kept to the last digit.
+    let rate = ["--rate", "29.97", "--actions", "walk", "--styles", "neutral,proud"];
+    assert!(gestus(&[&synth[..], &rate].concat()).0);
+    let config = fs::read_to_string(folder.join("generated/gestus.toml")).unwrap();
+    assert!(config.contains("rate_hz = 29.97\n"), "{config}");
+}

@@ -103,7 +103,7 @@ fn several_clips_are_translated_in_one_call() {
     assert!(!gestus(&onto).0);
     assert_eq!(fs::read(clips.join("a.bvh")).unwrap(), before);
     let (ok, _, stderr) = gestus(&[&translate[..], &[shown(&clips), "--page", "p.html"]].concat());
-    assert!(!ok && stderr.contains("--page: of one clip alone"), "{stderr}");
+    assert!(!ok && stderr.contains("--page: only for one clip"), "{stderr}");
 }
 
 /// Poser's `rShldr` and `lThigh` were found by shape, with the sides exchanged.
@@ -170,6 +170,42 @@ fn a_clip_takes_the_style_of_another_skeleton() {
         let joints = a.rotations.iter().zip(&b.rotations).skip(1);
         assert!(joints.map(|(a, b)| a.angle_to(b)).fold(0.0, f64::max) < 0.01);
     }
+
+    // With other axes, rotations of the same names mean something else.
+    let axes = UnitQuaternion::from_euler_angles(0.3, -1.1, 0.7);
+    let mut turned = common::walk().clone();
+    let mut skeleton = (*turned.skeleton).clone();
+    for j in 2..skeleton.joints() {
+        if skeleton.parents[j].is_some_and(|p| p > 1) {
+            skeleton.offsets[j] = axes.inverse() * skeleton.offsets[j];
+        }
+    }
+    for frame in &mut turned.frames {
+        for j in 2..skeleton.joints() {
+            let before = if skeleton.parents[j].is_some_and(|p| p > 1) {
+                axes.inverse()
+            } else {
+                UnitQuaternion::identity()
+            };
+            frame.rotations[j] = before * frame.rotations[j] * axes;
+        }
+    }
+    turned.skeleton = skeleton.into();
+    write(&clip, common::walk());
+    write(&reference, &turned);
+    let (ok, said, stderr) = gestus(&call);
+    assert!(ok, "{stderr}");
+    assert_eq!(serde_json::from_str::<Value>(&said).unwrap()["retargeted"], true);
+    let (before, after) = (poses(&clip), poses(&out));
+    let off = before
+        .iter()
+        .zip(&after)
+        .flat_map(|(a, b)| a.rotations.iter().zip(&b.rotations).map(|(a, b)| a.angle_to(b).to_degrees()));
+    let off: Vec<f64> = off.collect();
+    let mean = off.iter().sum::<f64>() / off.len() as f64;
+    assert!(mean < 3.0, "{mean} degrees with other axes");
+    write(&clip, &moved);
+    write(&reference, &poser());
 
     // What is told wins, of either clip, and a doubt names the option.
     let told = |more: &[&str]| gestus(&[&call[..], more].concat());

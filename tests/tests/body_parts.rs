@@ -256,7 +256,7 @@ fn group_styles_that_are_refused_change_nothing() {
 fn groups_named_at_build_take_strengths_styles_and_masks() {
     let named: Vec<String> =
         ["legs", "head", "torso", "sword-arm=Shoulder_R"].iter().map(|s| (*s).to_owned()).collect();
-    let options = BuildOptions { groups: groups::parse(&named), ..BuildOptions::default() };
+    let options = BuildOptions { groups: groups::parse(&named).unwrap(), ..BuildOptions::default() };
     let blob = build(&motion::corpus(motion::SMALL), &options).unwrap().bytes;
     let database = Database::open(&blob).unwrap();
     let names = database.manifest().unwrap().groups;

@@ -1,6 +1,6 @@
 //! Lists of named values, as options and the specifications of faults have them: `proud=1,old=0.5`.
 
-use std::{ops::RangeBounds, str::FromStr};
+use std::{collections::BTreeSet, ops::RangeBounds, str::FromStr};
 
 use thiserror::Error;
 
@@ -16,6 +16,8 @@ pub enum ListError {
     Name { name: String, expected: String },
     #[error("`{list}` has no effect: give one of {expected}")]
     Nothing { list: String, expected: String },
+    #[error("`{name}` is given twice")]
+    Twice { name: String },
 }
 
 /// One item of a list.
@@ -32,6 +34,18 @@ pub struct Item<'a> {
 /// The items of a list that are not empty, without the spaces around them.
 pub fn items(list: &str) -> impl Iterator<Item = Item<'_>> {
     list.split(',').map(Item::new).filter(|item| !item.text.is_empty())
+}
+
+/// Refuses a name that comes twice, of which one would be ignored.
+///
+/// # Errors
+/// [`ListError::Twice`].
+pub fn check_once<'a>(names: impl IntoIterator<Item = &'a str>) -> Result<(), ListError> {
+    let mut before = BTreeSet::new();
+    match names.into_iter().map(str::trim).find(|&name| !before.insert(name)) {
+        Some(name) => Err(ListError::Twice { name: name.to_owned() }),
+        None => Ok(()),
+    }
 }
 
 /// Refuses a list of faults that has none: nothing, or the `seed` of their random numbers alone. `expected` are the faults.

@@ -112,9 +112,11 @@ pub fn file_of(path: &Path) -> &Path {
 
 /// The file of a clip's path, and the name of an animation after a `#`.
 pub fn file_and_animation(path: &Path) -> (&Path, Option<&str>) {
-    let parts = path.to_str().and_then(|text| text.split_once('#'));
-    let parts = parts.map(|(file, name)| (Path::new(file), Some(name)));
-    parts.filter(|(file, _)| !path.exists() && is_gltf(file)).unwrap_or((path, None))
+    // Folders and animations may have a `#` in their names: the first behind the ending of a glTF file counts.
+    let text = path.to_str().unwrap_or_default();
+    let parts = text.match_indices('#').map(|(at, _)| (Path::new(&text[..at]), Some(&text[at + 1..])));
+    let named = || parts.into_iter().find(|(file, _)| is_gltf(file));
+    (!path.exists()).then(named).flatten().unwrap_or((path, None))
 }
 
 /// An output whose ending can't be written.
@@ -137,6 +139,20 @@ pub(crate) fn is_gltf(path: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_animation_follows_the_hash_behind_a_gltf_file() {
+        let cases = [
+            ("a.glb#walk", "a.glb", Some("walk")),
+            ("c#1/a.glb#walk", "c#1/a.glb", Some("walk")),
+            ("a.glb#b.glb#c", "a.glb", Some("b.glb#c")),
+            ("c#1/a.glb", "c#1/a.glb", None),
+            ("a#b.bvh", "a#b.bvh", None),
+        ];
+        for (path, file, animation) in cases {
+            assert_eq!(file_and_animation(Path::new(path)), (Path::new(file), animation), "{path}");
+        }
+    }
 
     #[test]
     fn the_commands_page_names_all_endings_that_are_read() {

@@ -1,7 +1,7 @@
 //! Several clips in one call: folders, patterns and lists of files.
 
 use std::{
-    collections::VecDeque,
+    collections::{BTreeMap, VecDeque},
     fs,
     path::{Path, PathBuf},
 };
@@ -44,7 +44,10 @@ pub fn clips(inputs: &[&PathBuf], output: &Path) -> Result<Option<Vec<Clip>>> {
         if is_pattern(input) {
             let found = glob::glob(&input.to_string_lossy()).with_context(|| format!("--input {shown}"))?;
             for path in found {
-                of_path(&path.with_context(|| format!("--input {shown}"))?, output, &mut clips)?;
+                let path = path.with_context(|| format!("--input {shown}"))?;
+                if path.is_dir() || Format::of(&path).is_some() {
+                    of_path(&path, output, &mut clips)?;
+                }
             }
         } else {
             of_path(input, output, &mut clips)?;
@@ -56,17 +59,24 @@ pub fn clips(inputs: &[&PathBuf], output: &Path) -> Result<Option<Vec<Clip>>> {
             );
         }
     }
-    let mut sorted: Vec<&Clip> = clips.iter().collect();
-    sorted.sort_by(|a, b| a.name.cmp(&b.name));
-    if let Some([a, b]) = sorted.windows(2).find(|pair| pair[0].name == pair[1].name) {
-        bail!(
-            "{} and {} would both be written to {}: translate them one by one",
-            a.input.display(),
-            b.input.display(),
-            a.name.display()
-        );
+    let mut inputs = BTreeMap::new();
+    for clip in &clips {
+        check_unwritten(&mut inputs, clip)?;
     }
     Ok(Some(clips))
+}
+
+/// Refuses a clip whose output another clip has. `inputs` holds the clips of the outputs so far.
+fn check_unwritten(inputs: &mut BTreeMap<PathBuf, PathBuf>, clip: &Clip) -> Result<()> {
+    if let Some(other) = inputs.insert(clip.name.clone(), clip.input.clone()) {
+        bail!(
+            "{} and {} would both be written to {}: translate them one by one",
+            other.display(),
+            clip.input.display(),
+            clip.name.display()
+        );
+    }
+    Ok(())
 }
 
 /// A file, one animation of a file, or the clips below a folder, named by their paths below it.
@@ -116,18 +126,25 @@ pub fn run(
     let inputs: Vec<PathBuf> = clips.iter().map(|clip| clip.input.clone()).collect();
     let mut open: VecDeque<Clip> = clips.into();
     let (mut done, mut refused) = (Vec::new(), 0);
+    // The animations of a file are known when it is read.
+    let mut written = BTreeMap::new();
     while let Some(clip) = open.pop_front() {
         let output = folder.join(&clip.name);
         let own = output.parent().unwrap_or(folder);
         let existing = own.ancestors().find(|folder| folder.exists()).map(Path::to_path_buf);
-        let translated = ready(&inputs, &output).and_then(|()| one(&clip.input, &output));
+        let translated = ready(&inputs, &output)
+            .and_then(|()| check_unwritten(&mut written, &clip))
+            .and_then(|()| one(&clip.input, &output));
         match translated {
             Ok(figures) => {
                 done.push(json!({ "input": super::shown(&clip.input), "output": super::shown(&output), "figures": figures }));
             }
             Err(error) => match animations(&error) {
-                // Every animation of a file is a clip.
-                Some(names) => names.iter().rev().for_each(|name| open.push_front(clip.animation(name))),
+                // Every animation of a file is a clip, and nothing was written.
+                Some(names) => {
+                    written.remove(&clip.name);
+                    names.iter().rev().for_each(|name| open.push_front(clip.animation(name)));
+                }
                 None => {
                     refused += 1;
                     remove_empty(own, existing.as_deref());
@@ -181,10 +198,11 @@ fn animations(error: &anyhow::Error) -> Option<&[String]> {
 impl Clip {
     /// One animation of the file.
     fn animation(&self, name: &str) -> Self {
-        let input = PathBuf::from(format!("{}#{name}", self.input.display()));
+        let mut input = self.input.clone().into_os_string();
+        input.push(format!("#{name}"));
         let ending = self.name.extension().unwrap_or_default().display();
         let file = format!("{}.{ending}", name.replace(['/', '\\'], "_"));
-        Self { input, name: self.name.with_extension("").join(file) }
+        Self { input: input.into(), name: self.name.with_extension("").join(file) }
     }
 }
 
@@ -195,7 +213,7 @@ impl Clip {
 pub fn refuse(given: &[(&str, bool)]) -> Result<()> {
     let given: Vec<&str> = given.iter().filter(|(_, given)| *given).map(|(option, _)| *option).collect();
     if !given.is_empty() {
-        bail!("{}: of one clip alone, and --input names several: give one file", given.join(", "));
+        bail!("{}: only for one clip, but --input names several: give one file", given.join(", "));
     }
     Ok(())
 }
@@ -246,6 +264,38 @@ mod tests {
         let one = clip.animation(&animations(&error).unwrap()[0]);
         assert_eq!(one, Clip { input: "y.glb#a/b".into(), name: "y/a_b.glb".into() });
         assert!(Format::of(&one.name).is_some());
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn animations_that_would_be_written_to_one_file_are_refused() {
+        let folder = std::env::temp_dir().join(format!("gestus-animations-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        for file in ["y.glb", "notes.txt"] {
+            fs::write(folder.join(file), "").unwrap();
+        }
+        let animations = |input: &Path, output: &Path| {
+            if input.ends_with("y.glb") {
+                return Err(anyhow::Error::new(CaptureError::from(
+                    gestus_motion::formats::gltf::GltfError {
+                        file: "y.glb".into(),
+                        kind: GltfErrorKind::Several {
+                            file: "y.glb".into(),
+                            names: vec!["a/b".into(), "a_b".into(), "c".into()],
+                        },
+                    },
+                )));
+            }
+            fs::write(output, input.to_string_lossy().as_bytes())?;
+            Ok(Value::Null)
+        };
+        // A pattern leaves out what is no motion.
+        let found = clips(&[&folder.join("*")], Path::new("out")).unwrap().unwrap();
+        let out = folder.join("out");
+        let error = run(found, &out, true, animations).unwrap_err().to_string();
+        assert!(error.starts_with("1 of 3"), "{error}");
+        assert!(fs::read_to_string(out.join("y/a_b.glb")).unwrap().ends_with("#a/b"));
+        assert!(out.join("y/c.glb").is_file());
         fs::remove_dir_all(&folder).unwrap();
     }
 

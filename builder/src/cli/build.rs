@@ -180,7 +180,7 @@ impl Args {
     /// The folder's configuration with the options of the command, and the part that the database is for.
     fn configure(&self) -> Result<(Config, Option<Wanted>)> {
         let mut config = self.selection.config(self.data.as_ref(), self.config.as_ref())?;
-        self.groups.apply(&mut config.build);
+        self.groups.apply(&mut config.build)?;
         self.rig.apply(&mut config)?;
         super::check_outputs(
             [

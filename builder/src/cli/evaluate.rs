@@ -10,6 +10,7 @@ use gestus_database::{
     build::BuildOptions,
     command_line::options::ReportArgs,
     data_folder::split::{Set, Split},
+    list,
 };
 use gestus_evaluate::{
     evaluation::Evaluation,
@@ -213,11 +214,16 @@ impl<M: OnClips> Clips<M> {
         let to = if common.to.is_empty() || !to {
             (0..corpus.styles.len()).filter(|&s| s != from).collect()
         } else {
+            list::check_once(common.to.iter().map(String::as_str)).context("--to")?;
             common.to.iter().map(style).collect::<Result<Vec<_>>>()?
         };
+        if to.contains(&from) {
+            let from = &corpus.styles[from];
+            bail!("--to {from}: that is the style of the test clips (--from): leave it out");
+        }
         // Measures that need models build them.
         let mut build = BuildOptions { models: false, ..config.build };
-        self.groups.apply(&mut build);
+        self.groups.apply(&mut build)?;
         let experiment = Experiment { from, to, folds: 2, ..Experiment::new(loaded.corpus, build) };
         let split = common.split.as_ref().zip(common.set).filter(|_| folds);
         let mut experiment = match split {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use gestus_database::{
     build::BuildOptions,
     data_folder::{
@@ -66,10 +66,14 @@ impl GroupArgs {
     }
 
     /// Sets the groups, if some are given.
-    pub fn apply(&self, options: &mut BuildOptions) {
+    ///
+    /// # Errors
+    /// A group that is given twice.
+    pub fn apply(&self, options: &mut BuildOptions) -> Result<()> {
         if self.is_given() {
-            options.groups = groups::parse(&self.groups);
+            options.groups = groups::parse(&self.groups).context("--groups")?;
         }
+        Ok(())
     }
 }
 

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow, bail};
 use clap::value_parser;
 use gestus_database::{
     command_line::options::{ReportArgs, UnitArgs},
     models::statistic::transfer::{self, mean_offset},
-    retarget::{MapFile, Retarget, axis, up},
-    stream::{cleanup::Limbs, far::Place},
+    retarget::{MapFile, Retarget, axis, file::check_floor, up},
+    stream::{cleanup::Limbs, far::Place, same_body},
 };
 use gestus_evaluate::metrics::{feet::skate_cm_s, performance::Performance};
 use gestus_motion::{
@@ -22,6 +22,9 @@ use gestus_motion::{
 use serde_json::json;
 
 use super::open;
+
+/// Shortest clip that shows a style, seconds: less than half a step.
+const MIN_REFERENCE_S: f64 = 1.0 / 3.0;
 
 /// Give a clip the style of another clip, without a database: any clip is a style.
 #[derive(clap::Args)]
@@ -111,9 +114,13 @@ pub fn run(args: &Args) -> Result<()> {
     super::check_clip("-o", Some(&args.output), Some(&args.input))?;
     super::check_animation(args.animation.as_deref(), &args.output)?;
     super::check_outputs([Some(&args.input), Some(&args.reference)], [("-o", Some(&args.output))])?;
+    args.floor.map(check_floor).transpose().map_err(|e| anyhow!("--{e}"))?;
     let Read { document, binding, clip: source, place } = read(&args.input, args.unit.unit, "--up", args.up)?;
     let reference = read(&args.reference, args.unit.unit, "--reference-up", args.reference_up)?.clip;
-    let retargeted = source.skeleton.names != reference.skeleton.names;
+    // Joints in one order, so that rotations can be copied.
+    let alike = source.skeleton.names == reference.skeleton.names
+        && same_body(&reference.skeleton, &source.skeleton).is_some();
+    let retargeted = !alike;
     let reference = match retargeted {
         false => reference,
         true => {
@@ -125,6 +132,14 @@ pub fn run(args: &Args) -> Result<()> {
         }
     };
     let reference = reference.fitted(source.rate_hz).with_context(|| args.reference.display().to_string())?;
+    let least = (MIN_REFERENCE_S * source.rate_hz).ceil() as usize;
+    if reference.frames.len() < least {
+        bail!(
+            "{}: {} frames, which show no style: give a clip of {least} frames or more",
+            args.reference.display(),
+            reference.frames.len()
+        );
+    }
     let body = Body::of(&Corpus::of_clip(&source)).with_context(|| args.input.display().to_string())?;
     let clean_up = !args.no_clean_up;
     let options = transfer::Options {

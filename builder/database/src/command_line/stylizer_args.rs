@@ -17,6 +17,7 @@ use crate::{
         resolve::{check_weights, find, group_style, listed, named, strength},
     },
     effort,
+    list::check_once,
     stream::{RETIMER_POSES, Request},
 };
 
@@ -317,6 +318,9 @@ impl StylizerArgs {
             self.input_style.as_ref().map(|n| label("--input-style", n, manifest.styles, "style"));
         let (action, input_style) = (action.transpose()?, input_style.transpose()?);
         self.check_labels(database, action, input_style)?;
+        for (option, list) in [("--strength", &self.strength), ("--group-style", &self.group_style)] {
+            check_once(list.iter().map(|item| item.split('=').next().unwrap_or(item))).context(option)?;
+        }
         Ok(Request {
             bounds: self.bounds(database)?,
             config: self.config(database)?,

@@ -74,10 +74,11 @@ impl Source {
 /// Reads `flow=1,weight=-0.5,time=2`; factors that are not named are `None`.
 ///
 /// # Errors
-/// An unknown factor, a value that is not a number from -3 to 3, or an empty list.
+/// An unknown factor, one that is given twice, a value that is not a number from -3 to 3, or an empty list.
 pub fn parse(text: &str) -> Result<[Option<f64>; 3], ListError> {
     let expected = "a number from -3 to 3, as in flow=1,weight=-2,time=0.5";
     let mut factors = [None; 3];
+    list::check_once(list::items(text).map(|item| item.name))?;
     for item in list::items(text) {
         let k = NAMES.iter().position(|n| *n == item.name);
         let k = k.ok_or_else(|| item.unknown(&NAMES.join(", ")))?;
@@ -97,7 +98,7 @@ mod tests {
     fn reads_factors_and_refuses_what_is_none() {
         assert_eq!(parse("flow=1, weight=-0.5"), Ok([Some(1.0), Some(-0.5), None]));
         assert_eq!(parse("time=3"), Ok([None, None, Some(3.0)]));
-        for bad in ["", "flow", "speed=1", "flow=x", "flow=3.1", "flow=nan"] {
+        for bad in ["", "flow", "speed=1", "flow=x", "flow=3.1", "flow=nan", "flow=1,flow=2"] {
             assert!(parse(bad).is_err(), "{bad}");
         }
     }

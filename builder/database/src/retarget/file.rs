@@ -23,6 +23,22 @@ use gestus_motion::{
 /// Heights of a floor that can be given, metres: as far as a clip can be from its origin.
 pub const FLOORS_M: RangeInclusive<f64> = -1e7..=1e7;
 
+/// Refuses a floor that is too far away.
+///
+/// # Errors
+/// [`FloorError`].
+pub fn check_floor(metres: f64) -> Result<f64, FloorError> {
+    if FLOORS_M.contains(&metres) { Ok(metres) } else { Err(FloorError { metres }) }
+}
+
+/// A floor that is too far away.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error("floor {metres}: {}", expected_floor())]
+pub struct FloorError {
+    /// Its height, metres.
+    pub metres: f64,
+}
+
 /// [`FLOORS_M`] in words, for messages.
 pub fn expected_floor() -> String {
     format!("metres from {} to {}", FLOORS_M.start(), FLOORS_M.end())

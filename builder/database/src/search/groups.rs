@@ -20,6 +20,7 @@ use std::collections::BTreeMap;
 use gestus_core::blob::layout::MAX_GROUPS;
 use thiserror::Error;
 
+use crate::list::{ListError, check_once};
 use gestus_motion::{clip::Skeleton, landmarks::Landmarks};
 
 /// The group of all joints that no other group names.
@@ -126,13 +127,18 @@ impl Groups {
 }
 
 /// `legs,head,sword-arm=Shoulder_R+Hand_L` of a command line.
-pub fn parse(parts: &[String]) -> Chosen {
+///
+/// # Errors
+/// A group that is given twice.
+pub fn parse(parts: &[String]) -> Result<Chosen, ListError> {
     let group = |part: &String| {
         let (name, joints) = part.split_once('=').unwrap_or((part, ""));
         let joints = joints.split('+').map(str::trim).filter(|j| !j.is_empty()).map(str::to_owned).collect();
         (name.trim().to_owned(), joints)
     };
-    parts.iter().map(group).collect()
+    let groups: Vec<(String, Vec<String>)> = parts.iter().map(group).collect();
+    check_once(groups.iter().map(|(name, _)| name.as_str()))?;
+    Ok(groups.into_iter().collect())
 }
 
 fn find(skeleton: &Skeleton, group: &str, joint: &str) -> Result<usize, GroupError> {
@@ -184,7 +190,11 @@ mod tests {
 
     fn groups(wanted: &[&str]) -> Result<Groups, GroupError> {
         let (skeleton, landmarks) = body();
-        Groups::of(&skeleton, &landmarks, &parse(&wanted.iter().map(|s| (*s).to_owned()).collect::<Vec<_>>()))
+        Groups::of(
+            &skeleton,
+            &landmarks,
+            &parse(&wanted.iter().map(|s| (*s).to_owned()).collect::<Vec<_>>()).unwrap(),
+        )
     }
 
     fn members(groups: &Groups, name: &str) -> Vec<String> {

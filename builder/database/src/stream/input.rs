@@ -3,14 +3,14 @@
 
 use std::{path::Path, sync::Arc};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use gestus_core::Database;
 
 use crate::{
     registration::floor::{Floor, Source},
     retarget::{
         MapFile, Retarget,
-        file::{FLOORS_M, expected_floor},
+        file::{FloorError, check_floor},
         up::lifted,
     },
     stream::{
@@ -53,10 +53,8 @@ impl InputOptions {
     ///
     /// # Errors
     /// A floor that is too far away.
-    pub fn on_floor(mut self, metres: Option<f64>) -> Result<Self> {
-        if let Some(metres) = metres.filter(|metres| !FLOORS_M.contains(metres)) {
-            bail!("floor {metres}: {}", expected_floor());
-        }
+    pub fn on_floor(mut self, metres: Option<f64>) -> Result<Self, FloorError> {
+        metres.map(check_floor).transpose()?;
         self.map.floor_m = metres.or(self.map.floor_m);
         Ok(self)
     }

@@ -2,10 +2,12 @@
 
 mod row;
 
+use std::collections::BTreeSet;
+
 use gestus_core::{Database, Degraded};
 use gestus_database::{
-    build::{BuildError, BuildOptions, build},
-    command_line::progress,
+    build::{BuildError, BuildOptions, Built, build},
+    command_line::{outputs::note, progress},
     stream::{Step, Streamed},
 };
 use gestus_motion::{
@@ -74,19 +76,24 @@ pub(crate) fn each_with<T: Send, P: Sync>(
     prepare: impl Fn(&Corpus) -> Result<P, BuildError> + Sync,
     of: impl Fn(HeldOut, &Database<'_>, &P) -> T + Sync,
 ) -> Result<Vec<T>, BuildError> {
-    let groups: Vec<Vec<T>> = experiment
+    let groups: Vec<(Vec<T>, Vec<String>)> = experiment
         .sharing(folds)
         .par_iter()
         .map(|group| {
             let left_out: Vec<usize> = group.iter().flat_map(|f| [f.test, f.truth]).collect();
             let corpus = experiment.corpus.without(&left_out);
-            let bytes = build(&corpus, options)?.bytes;
+            let Built { bytes, notes, .. } = build(&corpus, options)?;
             let database = Database::open(&bytes)?;
             let prepared = prepare(&corpus)?;
-            Ok(group.par_iter().map(|&held| of(held, &database, &prepared)).collect())
+            Ok((group.par_iter().map(|&held| of(held, &database, &prepared)).collect(), notes))
         })
         .collect::<Result<_, BuildError>>()?;
-    Ok(groups.into_iter().flatten().collect())
+    let (found, notes): (Vec<_>, Vec<_>) = groups.into_iter().unzip();
+    // What a fold lacks has no rows.
+    for about in notes.into_iter().flatten().collect::<BTreeSet<_>>() {
+        note(format_args!("without the test clips: {about}"));
+    }
+    Ok(found.into_iter().flatten().collect())
 }
 
 impl<'a> Fold<'a> {

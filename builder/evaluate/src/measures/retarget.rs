@@ -102,18 +102,15 @@ pub fn offsets(a: &[[bool; 2]], b: &[[bool; 2]], window: usize) -> Offsets {
             };
             let (x, y) = (steps(a), steps(b));
             let nearest = |t: usize, of: &[usize]| of.iter().copied().min_by_key(|&u| u.abs_diff(t));
-            for &t in &x {
-                match nearest(t, &y).filter(|&u| u.abs_diff(t) <= window && nearest(u, &x) == Some(t)) {
-                    Some(u) => {
-                        result.matched += 1;
-                        result.mean_frames += u.abs_diff(t) as f64;
-                        result.max_frames = result.max_frames.max(u.abs_diff(t) as f64);
-                    }
-                    None => result.unmatched += 1,
-                }
-            }
-            let lone = |&&u: &&usize| nearest(u, &x).is_none_or(|t| nearest(t, &y) != Some(u));
-            result.unmatched += y.iter().filter(lone).count();
+            let matches = |&t: &usize| {
+                let frames = nearest(t, &y).filter(|&u| nearest(u, &x) == Some(t))?.abs_diff(t);
+                (frames <= window).then_some(frames as f64)
+            };
+            let matched: Vec<f64> = x.iter().filter_map(matches).collect();
+            result.matched += matched.len();
+            result.unmatched += x.len() + y.len() - 2 * matched.len();
+            result.mean_frames += matched.iter().sum::<f64>();
+            result.max_frames = matched.into_iter().fold(result.max_frames, f64::max);
         }
     }
     result.mean_frames /= result.matched.max(1) as f64;
@@ -274,5 +271,7 @@ mod tests {
         assert_eq!((late.matched, late.unmatched, late.mean_frames, late.max_frames), (2, 0, 2.0, 3.0));
         let gone = offsets(&clip(5..12), &clip(0..0), 7);
         assert_eq!((gone.matched, gone.unmatched), (0, 2));
+        let apart = offsets(&clip(5..8), &clip(25..28), 7);
+        assert_eq!((apart.matched, apart.unmatched), (0, 4));
     }
 }

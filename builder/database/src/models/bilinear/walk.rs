@@ -50,7 +50,8 @@ impl LoopCycle {
     pub fn walk(&self, body: &Body, seconds: f64, rate_hz: f64) -> Clip {
         let (mut ground, mut heading, mut time) = (Vector3::zeros(), 0.0, 0.0);
         let mut poses: Vec<(f64, Frame)> = Vec::new();
-        for (row, step) in self.rows.iter().zip(&self.steps_s).cycle().take(100_000) {
+        for (row, step) in self.rows.iter().zip(&self.steps_s).cycle() {
+            // Steps are longer than 0: it ends.
             if time > seconds {
                 break;
             }

@@ -8,7 +8,7 @@ mod make;
 
 use std::time::Instant;
 
-use gestus_core::{Config, Database, Method};
+use gestus_core::{Config, ConfigError, Database, Method};
 use gestus_database::{
     command_line::progress,
     models::lti::{Model, clip::blend},
@@ -59,7 +59,7 @@ struct Output {
 }
 
 /// A method by name, and what it makes of a clip.
-type Translator<'a> = (&'static str, Box<dyn Fn(&Clip) -> Output + 'a>);
+type Translator<'a> = (&'static str, Box<dyn Fn(&Clip) -> Result<Output, ConfigError> + 'a>);
 
 /// What a fold gives: rows, and for the plot a method's name, the cycles since the end of the deviation, and the distance.
 type Found = (Vec<table::Row>, Vec<(String, f64, f64)>);
@@ -78,6 +78,7 @@ impl OnClips for Args {
             found
         })?;
         bar.finish_and_clear();
+        let found = found.into_iter().collect::<Result<Vec<_>, _>>()?;
         let (rows, distances): (Vec<_>, Vec<_>) = found.into_iter().unzip();
         Ok(Evaluation {
             what: "deviations",
@@ -103,19 +104,19 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn found(&self) -> Found {
+    fn found(&self) -> Result<Found, ConfigError> {
         let corpus = &self.experiment.corpus;
         let example = &corpus.examples[self.held.test];
         let (mut rows, mut distances) = (Vec::new(), Vec::new());
         let methods = self.methods();
-        let plain: Vec<Output> = methods.iter().map(|(_, of)| of(&example.clip)).collect();
+        let plain: Vec<Output> = methods.iter().map(|(_, of)| of(&example.clip)).collect::<Result<_, _>>()?;
         for (name, deviation) in DEVIATIONS {
             // A clip of fewer than three cycles has no such row.
             let Some(made) = deviating(self.body, example, deviation) else { continue };
             let input =
                 Change::of(example, &made, &self.poses(&example.clip.frames), &self.poses(&made.clip.frames));
             for ((method, of), plain) in methods.iter().zip(&plain) {
-                let deviates = of(&made.clip);
+                let deviates = of(&made.clip)?;
                 let output = Change::of(example, &made, &plain.poses, &deviates.poses);
                 let mut row = row(json!({
                     "method": method,
@@ -132,10 +133,10 @@ impl Run<'_> {
             }
         }
         rows.extend(self.speed(&example.clip));
-        (rows, distances)
+        Ok((rows, distances))
     }
 
-    /// The methods that have an answer, by name.
+    /// The methods whose data the fold has, by name.
     fn methods(&self) -> Vec<Translator<'_>> {
         let lti = Config::new().method(Method::Lti);
         let streamed = [
@@ -146,26 +147,26 @@ impl Run<'_> {
             ("lti-raw", lti.confidence(NO_BLEND)),
         ];
         let mut methods: Vec<Translator<'_>> = Vec::new();
-        for (name, config) in streamed {
+        for (name, config) in streamed.into_iter().filter(|(_, c)| c.method.is_available_in(self.database)) {
             methods.push((name, Box::new(move |clip| self.streamed(clip, config))));
         }
         if let Some(model) = self.paper.style(self.held.style) {
             for (name, generalise) in hsu::METHODS {
-                methods.push((name, Box::new(move |clip| self.simulated(model, clip, generalise))));
+                methods.push((name, Box::new(move |clip| Ok(self.simulated(model, clip, generalise)))));
             }
         }
         methods
     }
 
     /// A clip through the core, as it leaves it.
-    fn streamed(&self, clip: &Clip, config: Config) -> Output {
+    fn streamed(&self, clip: &Clip, config: Config) -> Result<Output, ConfigError> {
         let request = Request { config, ..Request::style(self.held.style as u16) };
-        let steps = stream(self.database, clip, &request, &mut ()).map(|s| s.steps).unwrap_or_default();
+        let steps = stream(self.database, clip, &request, &mut ())?.steps;
         let frames: Vec<Frame> = steps.iter().map(|s| s.frame.clone()).collect();
-        Output {
+        Ok(Output {
             poses: self.poses(&frames),
             passed: steps.iter().map(|s| f64::from(s.report.passed)).collect(),
-        }
+        })
     }
 
     /// A clip through the model of Hsu 2005.
