@@ -35,7 +35,8 @@ pub struct GestusCrowd {
 /// Returns the status of the first character that could not step, as `gestus_stylizer_step` does, and writes its place to
 /// `stepped`: those before it have stepped, it and those behind it have not. `stepped` is `count` where all have; it may
 /// be null. If an array is at fault (`GESTUS_STATUS_NULL`, `_MISALIGNED`, `_SHORT`, `_OVERLAP`), no character has stepped,
-/// and `stepped` stays as it is.
+/// and `stepped` stays as it is; `_SHORT` includes a database of more joints than `joints`. A character's handle may give
+/// `_NULL` and `_MISALIGNED` too: set `*stepped` to `SIZE_MAX` before the call to tell them apart.
 ///
 /// # Safety
 /// `crowd` is null or points at a crowd whose arrays are as long as it says; each handle came from
@@ -104,12 +105,16 @@ unsafe fn step_many(crowd: *const GestusCrowd, stepped: *mut usize) -> StatusRes
     let places = crowd.places(stepped)?;
     places.check()?;
     places.spare(handles)?;
-    // Nothing that is written may lie in the stylizer or the blob of another character either.
+    // Each pose has to hold its character's joints, and nothing that is written may lie in the stylizer or the blob of
+    // another character.
     for i in 0..crowd.count {
         // SAFETY: there are `count` handles, by the caller's contract, and they were checked to be aligned.
         let handle = unsafe { crowd.stylizers.add(i).read() };
         // SAFETY: by the caller's contract. A handle that is wrong is told when its turn comes.
-        let Ok((_, [own, blob])) = (unsafe { stylizer_of(handle) }) else { continue };
+        let Ok((stylizer, [own, blob])) = (unsafe { stylizer_of(handle) }) else { continue };
+        if stylizer.database().counts().joints > crowd.joints {
+            return Err(GestusStatus::Short);
+        }
         places.spare(own)?;
         places.spare(blob)?;
     }

@@ -133,6 +133,10 @@ fn stepping_many() {
         // SAFETY: the misuse is of a kind that the function checks before it follows the pointer.
         let answer = unsafe { gestus_step_many(&crowd, n) };
         table.case("gestus_step_many", case, answer, expected);
+        if expected != S::Ok {
+            // SAFETY: it is a number of this function.
+            assert_eq!(unsafe { n.read() }, 7, "{case}: an array is at fault, so that nobody has stepped");
+        }
     }
     try_all! { table, gestus_step_many,
         "no crowd": (ptr::null(), n) => S::Null;
