@@ -22,7 +22,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let of_target = MAPS.iter().find(|(of, board, _)| *of == target && named(board));
     let Some((_, board, map)) = of_target else {
         let wanted = wanted.as_deref().unwrap_or("any name");
-        return Err(format!("no board of {target} reports {wanted}: add a row to MAPS in image/build.rs").into());
+        return Err(
+            format!("no board of {target} reports {wanted}: add a row to MAPS in image/build.rs").into()
+        );
     };
     let out = PathBuf::from(env::var("OUT_DIR")?);
     fs::copy(PathBuf::from("memory").join(map), out.join("memory.x"))?;

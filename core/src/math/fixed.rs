@@ -100,7 +100,7 @@ pub struct Multiplier {
 }
 
 impl Multiplier {
-    /// The factor `value`, which is finite and not negative.
+    /// The factor `value`, which is finite, not negative and below 2^31.
     pub fn new(value: f32) -> Self {
         let bits = value.to_bits() as i32;
         let mantissa = if bits >> 23 == 0 { 0 } else { ((bits & 0x7f_ffff) | 0x80_0000) << 7 };
@@ -117,9 +117,7 @@ impl Multiplier {
     #[inline]
     pub fn of(self, value: i32) -> i32 {
         let wide = i64::from(value) * i64::from(self.mantissa);
-        // Of 2^31 and more every product is held, but that of 0.
-        let wide = if self.power <= 0 { wide >> (-self.power).min(63) } else { wide };
-        held(wide, i32::MAX)
+        held(wide >> (-self.power).clamp(0, 63), i32::MAX)
     }
 }
 

@@ -26,7 +26,7 @@ mod validate;
 
 use crate::{
     ConfigError, Database,
-    blob::{crc::crc32c, layout::section, read::Record},
+    blob::{crc::crc32c, read::Record},
     body::pose::Pose,
     error::saturating_u16,
     math::{
@@ -331,7 +331,6 @@ pub fn fingerprint(database: &Database<'_>) -> u32 {
 }
 
 const _: () = {
-    assert!(section::RETARGET == 35);
     assert!(header::RESERVED.end == header::LENGTH);
     assert!(record::TURNS.end == record::LENGTH);
     assert!(limb_bytes::RESERVED.end == limb_bytes::LENGTH);

@@ -125,13 +125,14 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// Sets whether the search compares a joint group. At least one group is always compared.
     ///
     /// # Errors
-    /// [`ConfigError`] for an unknown group, or where no group would be left.
+    /// [`ConfigError::Unknown`] for an unknown group; [`ConfigError::OutOfRange`] where nothing would be left to compare,
+    /// as in a database without features.
     pub fn set_mask(&mut self, group: u16, searched: bool) -> Result<(), ConfigError> {
         let groups = self.database.counts().groups;
         check_id(Some(group), groups)?;
         let bit = 1 << group;
         let mask = if searched { self.settings.mask | bit } else { self.settings.mask & !bit };
-        let all = if groups >= 8 { u8::MAX } else { (1 << groups) - 1 };
+        let all = if groups >= MAX_GROUPS { u8::MAX } else { (1 << groups) - 1 };
         // At least one component has to be left to compare.
         let features = self.database.counts().features;
         if !(0..features).any(|f| (mask & all) >> self.database.feature_group(f) & 1 == 1) {

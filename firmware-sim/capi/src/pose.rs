@@ -14,7 +14,7 @@ pub(crate) fn regions(
     joints: usize,
     used: usize,
 ) -> StatusResult<[Region; 2]> {
-    let regions = [Region::of(position, 3)?, Region::of(rotations.cast::<f32>(), used.saturating_mul(4))?];
+    let regions = [Region::of(position, 3)?, Region::of(rotations, used.saturating_mul(4))?];
     // The whole array has to be valid, not only the part that is used.
     Region::of(rotations, joints.checked_mul(4).ok_or(GestusStatus::Short)?)?;
     if joints < used { Err(GestusStatus::Short) } else { Ok(regions) }

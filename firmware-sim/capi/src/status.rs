@@ -73,6 +73,11 @@ pub enum GestusStatus {
 }
 
 impl GestusStatus {
+    /// The status as a result: an error unless it is `Ok`.
+    pub(crate) fn result(self) -> StatusResult {
+        if self == Self::Ok { Ok(()) } else { Err(self) }
+    }
+
     const ALL: [Self; 29] = {
         use GestusStatus as S;
         [
@@ -227,14 +232,6 @@ impl From<ConfigError> for GestusStatus {
 
 /// Result of a function's body, so that `?` returns the first failure's status.
 pub(crate) type StatusResult<T = ()> = Result<T, GestusStatus>;
-
-/// The status of a body's result, for C.
-impl GestusStatus {
-    /// The status as a result: an error unless it is `Ok`.
-    pub(crate) fn result(self) -> StatusResult {
-        if self == Self::Ok { Ok(()) } else { Err(self) }
-    }
-}
 
 /// The status of a result, as C has it.
 pub(crate) fn status(answer: StatusResult) -> GestusStatus {

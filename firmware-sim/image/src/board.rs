@@ -33,7 +33,7 @@ impl<C: Counter> Firmware<C> {
     }
 
     /// Instructions of the last step.
-    pub fn total(&self) -> u32 {
+    fn total(&self) -> u32 {
         self.last.iter().sum()
     }
 }

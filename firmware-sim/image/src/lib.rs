@@ -87,7 +87,10 @@ fn prepare<T: Counter, const J: usize, const K: usize, const C: usize>(
         Ok(fit) => (fit, open),
         Err(error) => {
             log::unfit(error);
-            end(exit::CAPACITY, c"gestus: the database has more joints or classes than this image has room for\n")
+            end(
+                exit::CAPACITY,
+                c"gestus: the database has more joints or classes than this image has room for\n",
+            )
         }
     }
 }

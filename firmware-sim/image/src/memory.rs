@@ -3,12 +3,10 @@
 use core::ptr::addr_of_mut;
 
 unsafe extern "C" {
-    #[cfg_attr(target_arch = "arm", link_name = "__sdata")]
-    #[cfg_attr(target_arch = "riscv32", link_name = "__sdata")]
+    #[link_name = "__sdata"]
     static mut STATIC_START: u32;
     // End of the static data; the rest of the RAM is the stack.
-    #[cfg_attr(target_arch = "arm", link_name = "__sheap")]
-    #[cfg_attr(target_arch = "riscv32", link_name = "__sheap")]
+    #[link_name = "__sheap"]
     static mut STATIC_END: u32;
     #[link_name = "_stack_start"]
     static mut STACK_TOP: u32;

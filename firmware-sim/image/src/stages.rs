@@ -42,11 +42,6 @@ impl<C: Counter> Stages<C> {
         stages
     }
 
-    /// The counter.
-    pub fn counter(&self) -> &C {
-        &self.counter
-    }
-
     /// A step begins.
     pub fn begin(&mut self) {
         self.ticks = [0; STAGES];

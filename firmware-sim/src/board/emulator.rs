@@ -104,6 +104,13 @@ fn machine(board: &Board, image: &Path, blob: &Path) -> Result<Command> {
     Ok(command)
 }
 
+/// [`machine`] with a timer that counts instructions: each takes the same virtual time, which slows the emulator down.
+fn counting_machine(board: &Board, image: &Path, blob: &Path) -> Result<Command> {
+    let mut command = machine(board, image, blob)?;
+    command.args(["-icount", &format!("shift={}", board.icount_shift)]);
+    Ok(command)
+}
+
 fn missing(board: &Board, error: std::io::Error) -> anyhow::Error {
     match error.kind() {
         ErrorKind::NotFound => anyhow::anyhow!(
@@ -114,13 +121,6 @@ fn missing(board: &Board, error: std::io::Error) -> anyhow::Error {
         ),
         _ => anyhow::Error::from(error).context(board.emulator),
     }
-}
-
-/// The same, with a timer that counts instructions: each takes the same virtual time, which slows the emulator down.
-fn counting_machine(board: &Board, image: &Path, blob: &Path) -> Result<Command> {
-    let mut command = machine(board, image, blob)?;
-    command.args(["-icount", &format!("shift={}", board.icount_shift)]);
-    Ok(command)
 }
 
 /// Runs a program that ends on its own, and returns what it prints through the debugger.

@@ -41,8 +41,8 @@ impl Database<'_> {
             *last = (i32::from(u16_at(bases, 2 * (self.counts.dofs - 1)) as i16) + field as i32) as f32;
         }
         let records = self.required.dofs.as_chunks::<{ dof_record::LENGTH }>().0;
-        // Behind the records their ranges may follow, and behind the dofs padding.
-        for (value, record) in dofs.iter_mut().zip(records).take(self.counts.dofs) {
+        // Ranges may follow the records.
+        for (value, record) in dofs.iter_mut().zip(records) {
             *value *= Record(record).f32(dof_record::STEP);
         }
     }

@@ -28,14 +28,14 @@ fn exact([x, y, z]: [f64; 3]) -> [f64; 4] {
 
 #[test]
 fn exponential_and_logarithm_agree_with_f64() {
-    let between_in_parent = |a: f64, b: f32| (a - f64::from(b)).abs();
+    let off = |a: f64, b: f32| (a - f64::from(b)).abs();
     let (mut worst_exp, mut worst_log) = (0.0_f64, 0.0_f64);
     for v in vectors() {
         let single = v.map(|v| v as f32);
         // Of the vector as it is rounded: what is measured is the function.
         let q = exact(single.map(f64::from));
         for (exact, found) in q.into_iter().zip(exp(single)) {
-            worst_exp = worst_exp.max(between_in_parent(exact, found));
+            worst_exp = worst_exp.max(off(exact, found));
         }
         // As a sensor may send it, and from the other side.
         for length in [1.0, 1.009, 0.991, -1.0, 40.0] {
@@ -47,7 +47,7 @@ fn exponential_and_logarithm_agree_with_f64() {
                 1.0
             };
             for (wanted, found) in v.into_iter().zip(back) {
-                worst_log = worst_log.max(between_in_parent(sign * wanted, found));
+                worst_log = worst_log.max(off(sign * wanted, found));
             }
         }
     }

@@ -223,7 +223,7 @@ fn measure(
         let distance2 = metric.distance2(database, row);
         // A class has fewer than 2^16 rows.
         let row = u16::try_from(row - class.first_row).unwrap_or(u16::MAX);
-        let neighbor = Neighbor { distance2, row, expanded: false, followed: true };
+        let neighbor = Neighbor { distance2, row, expanded: false, followed: false };
         insert(best, MOST_OF_CLIP, neighbor, |other| other.distance2 <= distance2);
     }
     distances

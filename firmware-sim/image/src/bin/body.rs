@@ -23,7 +23,7 @@ use gestus_core::{
 };
 use gestus_firmware::{
     counter::{Cmsdk, Counter},
-    flash,
+    exit, flash,
 };
 
 const MAP: &[u8] = include_bytes!(env!("GESTUS_MAP"));
@@ -68,11 +68,13 @@ fn count<T>(counter: &Time, name: &str, prepare: impl Fn(usize) -> T, mut work: 
 fn main() -> ! {
     // SAFETY: this is the address of the board's first timer, and nothing else in the image uses it.
     let counter = unsafe { Time::start() };
-    let (Ok(map), Ok(robot)) = (Map::open(MAP), Robot::open(ROBOT)) else { semihosting::process::exit(2) };
-    let Ok(database) = Database::open(flash::blob()) else { semihosting::process::exit(2) };
-    let Ok(mut drive) = Drive::<32>::new(robot, &[]) else { semihosting::process::exit(3) };
+    let (Ok(map), Ok(robot)) = (Map::open(MAP), Robot::open(ROBOT)) else {
+        semihosting::process::exit(exit::DATABASE)
+    };
+    let Ok(database) = Database::open(flash::blob()) else { semihosting::process::exit(exit::DATABASE) };
+    let Ok(mut drive) = Drive::<32>::new(robot, &[]) else { semihosting::process::exit(exit::CAPACITY) };
     let Ok(mut retimer) = Retimer::<22, 24>::new(RATES.0, RATES.1, BOUNDS) else {
-        semihosting::process::exit(3)
+        semihosting::process::exit(exit::CAPACITY)
     };
     let mut body = Pose::<22>::IDENTITY;
     let mut back = Pose::<31>::IDENTITY;

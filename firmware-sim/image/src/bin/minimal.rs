@@ -12,7 +12,7 @@ use core::{
 
 use cortex_m_rt::entry;
 use gestus_core::{Config, Database, Fit, Method, Pose, Stylizer};
-use gestus_firmware::flash;
+use gestus_firmware::{exit, flash};
 
 const JOINTS: usize = 22;
 
@@ -26,8 +26,10 @@ static mut STYLIZER: MaybeUninit<Stylizer<'static, JOINTS, 40, 28>> = MaybeUnini
 
 #[entry]
 fn main() -> ! {
-    let Ok(database) = Database::open(flash::blob()) else { semihosting::process::exit(1) };
-    let Ok(fit) = Fit::new(database, Config::new().method(Method::of(&database))) else { semihosting::process::exit(2) };
+    let Ok(database) = Database::open(flash::blob()) else { semihosting::process::exit(exit::DATABASE) };
+    let Ok(fit) = Fit::new(database, Config::new().method(Method::of(&database))) else {
+        semihosting::process::exit(exit::CAPACITY)
+    };
     // SAFETY: the program has one thread, which takes this reference once.
     let stylizer = unsafe { (*addr_of_mut!(STYLIZER)).write(fit.stylizer()) };
     // SAFETY: a static of this program; volatile, so that the compiler does not know its value.
