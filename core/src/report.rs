@@ -93,8 +93,8 @@ pub struct Report {
     /// The classes used and their proportions, largest first.
     pub classes: Shares,
     /// How far from the data. Mixture: mean squared distance of the nearest class's neighbors, weighted square
-    /// metres. Phase tables: squared distance to the nearest class, whitened. Linear models and statistics: the largest
-    /// distance of a dof from its mean, squared, in variances.
+    /// metres. Phase tables: smoothed squared distance to the nearest class, whitened. Linear models and statistics: the
+    /// largest distance of a dof from its mean, squared, in variances.
     pub distance2: f32,
     /// `distance2` relative to that of input of the database's kind, for which it is about 1 at most. Mixture and
     /// phase tables: relative to held-out frames of the nearest class; 0 where the blob does not store it. Linear

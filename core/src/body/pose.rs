@@ -40,8 +40,8 @@ impl<const J: usize> Pose<J> {
     /// The root at the origin and no rotation anywhere.
     pub const IDENTITY: Self = Self { position: [0.0; 3], rotations: [IDENTITY; J] };
 
-    /// True where the first `joints` rotations are unit quaternions and the position is a place in a room
-    /// (within 100 km of the origin).
+    /// True where the first `joints` rotations are unit quaternions and each coordinate of the position is within 100 km
+    /// of the origin.
     pub fn is_valid(&self, joints: usize) -> bool {
         self.position.iter().all(|v| (-1e5..=1e5).contains(v))
             && quaternion::are_units(self.rotations.get(..joints).unwrap_or(&self.rotations))

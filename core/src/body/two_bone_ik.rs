@@ -22,6 +22,9 @@ use crate::{
 /// Sine and cosine of the angle from which on a knee bends about its own axis, 20 degrees.
 const BENT: [f32; 2] = [0.342, 0.94];
 
+/// A limb is never folded nearer to its shortest length than this part of the length of both bones.
+const MIN_FOLD: f32 = 0.05;
+
 /// Where a leg is, in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -125,7 +128,8 @@ fn hinge(upper: Vector, lower: Vector, side: Vector) -> Vector {
 }
 
 /// Two bones that reach for a point: the fold of the lower one about the unit `axis`, and the swing of the whole limb that
-/// follows it, both in the world. `wanted` is relative to the limb's beginning; at a point further than `reach` the limb only points.
+/// follows it, both in the world. `wanted` is relative to the limb's beginning. At a point further than `reach` the limb only
+/// points; at one nearer than the difference of the bones' lengths and [`MIN_FOLD`] of their sum it stays at that distance.
 /// `None` where there is nothing to reach with or for.
 ///
 /// With `u` and `l` the bones and `k` the axis, the fold by θ brings the limb's end to the distance d where
@@ -148,7 +152,7 @@ pub fn bend(
     if !(l1 > 1e-4 && l2 > 1e-4 && distance > 1e-4) {
         return None;
     }
-    let shortest = crate::math::abs(l1 - l2) + 0.05 * (l1 + l2);
+    let shortest = crate::math::abs(l1 - l2) + MIN_FOLD * (l1 + l2);
     let held = minimum(reach, distance);
     let held = maximum(shortest, held);
 

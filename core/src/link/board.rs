@@ -35,7 +35,8 @@ pub trait Board<const J: usize>: Observer<J> {
     }
 
     /// Tells the drive of the board's robot where its hinges are: angles in radians, f32 little-endian, from the first
-    /// hinge on; zero for those that are missing or NaN. Returns which robot it is; `None` without a robot.
+    /// hinge on; the angle nearest to zero in a hinge's range for those that are missing or NaN. Returns which robot it
+    /// is; `None` without a robot.
     fn place(&mut self, _angles: &[[u8; 4]]) -> Option<RobotIdentity> {
         None
     }

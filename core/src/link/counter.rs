@@ -14,7 +14,7 @@ macro_rules! counters {
 counters! {
     /// Frames that arrived whole.
     FRAMES = 0, "frames";
-    /// Requests carried out.
+    /// Requests answered, those refused included.
     REQUESTS = 1, "requests";
     /// Poses stepped.
     STEPS = 2, "steps";

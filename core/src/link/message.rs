@@ -63,7 +63,8 @@ pub enum Request<'a> {
     },
     /// Where the robot's hinges are, as its servos report it. Reply: [`Reply::Robot`].
     Robot {
-        /// Angles in radians, f32 little-endian, from the first hinge on; zero for those that are missing.
+        /// Angles in radians, f32 little-endian, from the first hinge on; the angle nearest to zero in a hinge's range for
+        /// those that are missing or NaN.
         #[serde(borrow)]
         angles: &'a [u8],
     },

@@ -36,8 +36,8 @@ use crate::{
 
 /// Greatest number of models that are blended.
 pub const MAX_MODELS: usize = 4;
-/// Mean squared distance of the furthest dof, in the model's variances, below which input is of the database's kind,
-/// whatever its style.
+/// Squared distance of the furthest dof, in the model's variances, below which input is of the database's kind, whatever
+/// its style.
 const FAMILIAR_DISTANCE2: f32 = 33.0;
 /// Greatest change of a weight in a frame.
 const MAX_WEIGHT_CHANGE: f32 = 0.125;

@@ -44,8 +44,7 @@ use crate::{
 const MAX_SPREAD_RATIO: f32 = 2.0;
 /// Part of the input style's mean forward velocity above which eq. 4 has its full effect on velocities.
 const MOVING: f32 = 0.25;
-/// Mean squared distance of the furthest joint, in variances, below which input is of the database's kind, whatever its
-/// style.
+/// Squared distance of the furthest joint, in variances, below which input is of the database's kind, whatever its style.
 const FAMILIAR_DISTANCE2: f32 = 20.0;
 /// Dofs of the root that are scaled number by number.
 const ROOT: [usize; 3] = [dof::HEIGHT, dof::FORWARD, dof::LEFT];

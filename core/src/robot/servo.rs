@@ -1,7 +1,7 @@
-//! From angles to the pulses of hobby servos: microseconds, with offset, direction and end stops.
+//! From angles to the pulses of hobby servos: microseconds, with offset, gain and end stops.
 //!
 //! ```text
-//! pulse = centre + direction (angle - zero) gain       held between least and greatest, rounded to a microsecond
+//! pulse = centre + (angle - zero) gain       clamped to least and greatest, rounded to a microsecond
 //! ```
 //!
 //! Cost: six operations a hinge.
@@ -40,7 +40,7 @@ impl Servo {
     pub fn pulse(&self, angle: f32) -> u16 {
         let free = self.centre_us + (angle - self.zero) * self.gain_us;
         let free = if free.is_finite() { free } else { self.centre_us };
-        // Positive and below 20,001: the cast is exact after rounding down.
+        // Positive and below 20,001, so the cast rounds down.
         (clamp(free, self.least_us, self.greatest_us) + 0.5) as u16
     }
 }

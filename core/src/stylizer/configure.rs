@@ -54,7 +54,8 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// masks, full strength, the floor at 0. Forgets the stream.
     ///
     /// # Errors
-    /// [`ConfigError`] where a parameter is out of its range; nothing is changed then.
+    /// [`ConfigError`] where a parameter is out of its range, or the database does not hold what the method needs; nothing
+    /// is changed then.
     pub fn restore(&mut self, config: Config) -> Result<(), ConfigError> {
         // Not `set_config`, which would refuse styles of joint groups: they are removed below.
         self.replace_config(config)?;

@@ -101,8 +101,8 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         if self.config.speed_limit > 0.0 {
             self.limit.observe(&fastest, at(x, dof::YAW), seconds);
         }
-        // A leap is not rest, though its speeds are set to 0.
-        let least = if leaps { 0.0 } else { self.config.still_speed };
-        self.stillness.observe(x, at(x_prev, dof::HEIGHT), &fastest, seconds, least);
+        // A leap is not rest, however slow it seems.
+        let still_speed = if leaps { 0.0 } else { self.config.still_speed };
+        self.stillness.observe(x, at(x_prev, dof::HEIGHT), &fastest, seconds, still_speed);
     }
 }

@@ -115,8 +115,9 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
 
     /// Gives one pose the output style. Poses are expected at the database's rate.
     ///
-    /// A step cannot fail; the report says what happened. If `input` is not a valid pose, `output` is the last output, and
-    /// the report says so. Before the first valid pose, `output` is not changed.
+    /// A step cannot fail; the report says what happened. Where `input` is not a valid pose, or leaps and
+    /// [`Config::safety`] tolerates it, `output` follows that policy: the last output, or a pose on its way to rest.
+    /// Before the first valid pose, `output` is not changed.
     pub fn step(&mut self, input: &Pose<J>, output: &mut Pose<J>) -> Report {
         self.step_observed(input, output, &mut ())
     }

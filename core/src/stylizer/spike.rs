@@ -8,9 +8,10 @@ use crate::{
     output::speed_limit::Fastest,
 };
 
-/// Speed out and back of a joint that no body has, rad/s. Joints of 0.16% of the captured frames have it, most of them runs.
+/// Speed out and back of a joint above which a frame counts as wrong, rad/s. 0.16% of the captured frames have such a joint,
+/// most of them runs.
 const MAX_TURN_RAD_S: f32 = 6.0;
-/// Speed out and back of the root's height that no body has, m/s.
+/// Speed out and back of the root's height above which a frame counts as wrong, m/s.
 const MAX_RISE_M_S: f32 = 3.0;
 
 /// The numbers that changed fast in the last frame. Bits 0 to 2 are set for those that rose, bits 4 to 6 for those that

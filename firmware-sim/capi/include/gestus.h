@@ -379,8 +379,9 @@ typedef struct GestusReport {
   float step_s;
   // The predicted time step, regardless of the policy and the strength of the style, seconds.
   float predicted_step_s;
-  // Mean squared distance of the nearest class's neighbors, weighted square metres: how far the input is from the
-  // data.
+  // How far the input is from the data. Mixture: mean squared distance of the nearest class's neighbors, weighted
+  // square metres. Phase tables: smoothed squared distance to the nearest class, whitened. Linear models and
+  // statistics: the largest distance of a dof from its mean, squared, in variances.
   float distance2;
   // Part of the input that was passed through because it is unlike the database, 0 to 1.
   float passed;
@@ -511,7 +512,8 @@ enum GestusStatus gestus_database_class(const struct GestusDatabase *database,
 // Returns the status of the first character that could not step, as `gestus_stylizer_step` does, and writes its place to
 // `stepped`: those before it have stepped, it and those behind it have not. `stepped` is `count` where all have; it may
 // be null. If an array is at fault (`GESTUS_STATUS_NULL`, `_MISALIGNED`, `_SHORT`, `_OVERLAP`), no character has stepped,
-// and `stepped` stays as it is.
+// and `stepped` stays as it is; `_SHORT` includes a database of more joints than `joints`. A character's handle may give
+// `_NULL` and `_MISALIGNED` too: set `*stepped` to `SIZE_MAX` before the call to tell them apart.
 //
 // # Safety
 // `crowd` is null or points at a crowd whose arrays are as long as it says; each handle came from
@@ -802,8 +804,8 @@ enum GestusStatus gestus_stylizer_close(struct GestusStylizer *stylizer);
 // The output may overlap the input in any way: `position` may be `out_position`, and `rotations` may be
 // `out_rotations`. Otherwise no memory that is written may overlap any other argument. `report` may be null.
 //
-// With valid arguments a step can't fail: if the input is not a valid pose, the output is the last one, and `degraded`
-// reports it. Before the first valid input the output is a pose of identity rotations, which should not be played.
+// With valid arguments a step can't fail: if the input is not a valid pose, the output follows the configured `safety`,
+// and `degraded` reports it. Before the first valid input the output is a pose of identity rotations, which should not be played.
 //
 // Returns `GESTUS_STATUS_SHORT` (`joints` is less than the database's), `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
 // The stylizer has not stepped then.

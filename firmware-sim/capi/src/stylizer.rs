@@ -173,8 +173,9 @@ pub struct GestusReport {
     pub step_s: f32,
     /// The predicted time step, regardless of the policy and the strength of the style, seconds.
     pub predicted_step_s: f32,
-    /// Mean squared distance of the nearest class's neighbors, weighted square metres: how far the input is from the
-    /// data.
+    /// How far the input is from the data. Mixture: mean squared distance of the nearest class's neighbors, weighted
+    /// square metres. Phase tables: smoothed squared distance to the nearest class, whitened. Linear models and
+    /// statistics: the largest distance of a dof from its mean, squared, in variances.
     pub distance2: f32,
     /// Part of the input that was passed through because it is unlike the database, 0 to 1.
     pub passed: f32,
@@ -256,8 +257,8 @@ impl From<&gestus_core::Report> for GestusReport {
 /// The output may overlap the input in any way: `position` may be `out_position`, and `rotations` may be
 /// `out_rotations`. Otherwise no memory that is written may overlap any other argument. `report` may be null.
 ///
-/// With valid arguments a step can't fail: if the input is not a valid pose, the output is the last one, and `degraded`
-/// reports it. Before the first valid input the output is a pose of identity rotations, which should not be played.
+/// With valid arguments a step can't fail: if the input is not a valid pose, the output follows the configured `safety`,
+/// and `degraded` reports it. Before the first valid input the output is a pose of identity rotations, which should not be played.
 ///
 /// Returns `GESTUS_STATUS_SHORT` (`joints` is less than the database's), `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
 /// The stylizer has not stepped then.

@@ -115,7 +115,7 @@ impl<const C: usize> ClassDistances<C> {
     ) {
         let (last, age) = self.last(class);
         let mean = found.mean_distance2;
-        // The first class of a frame is the one that was nearest before.
+        // The first class that is searched: in a warm stream the one that was nearest before.
         if found.stats.jumped && candidates.least == f32::INFINITY {
             self.restart_warmup();
             candidates.all = true;

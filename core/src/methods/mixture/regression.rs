@@ -82,7 +82,8 @@ pub struct Prediction {
     pub y: f32,
     /// Added to `y` in the output, and not fed back.
     pub correction: f32,
-    /// Mean change of the neighbors' outputs in this step, plus the part of the input's own change that is kept.
+    /// Mean change of the neighbors' outputs in this step, plus ρ of the difference between the input's change and the
+    /// neighbors'. In standing still it is blended to the input's own.
     pub change: f32,
 }
 
