@@ -30,12 +30,17 @@ pub const GESTUS_SMALL_BYTES: usize = 16384;
 /// The same for `GESTUS_PROFILE_LARGE`.
 pub const GESTUS_LARGE_BYTES: usize = 131072;
 
+/// Joints, neighbors a class and classes of each profile.
+pub(crate) const STANDARD: [usize; 3] = [22, 40, 28];
+pub(crate) const SMALL: [usize; 3] = [12, 16, 8];
+pub(crate) const LARGE: [usize; 3] = [64, 64, 256];
+
 /// Stylizer of the standard profile.
-pub(crate) type Standard = Stylizer<'static, 22, 40, 28>;
+pub(crate) type Standard = Stylizer<'static, { STANDARD[0] }, { STANDARD[1] }, { STANDARD[2] }>;
 /// Stylizer of the small profile.
-pub(crate) type Small = Stylizer<'static, 12, 16, 8>;
+pub(crate) type Small = Stylizer<'static, { SMALL[0] }, { SMALL[1] }, { SMALL[2] }>;
 /// Stylizer of the large profile.
-pub(crate) type Large = Stylizer<'static, 64, 64, 256>;
+pub(crate) type Large = Stylizer<'static, { LARGE[0] }, { LARGE[1] }, { LARGE[2] }>;
 
 const _: () = {
     assert!(size_of::<Cell<Large>>() <= GESTUS_LARGE_BYTES);
@@ -70,11 +75,12 @@ impl GestusProfile {
 
     /// Capacity for neighbors a class.
     pub(crate) fn neighbors(self) -> u16 {
-        match self {
-            Self::Standard => 40,
-            Self::Small => 16,
-            Self::Large => 64,
-        }
+        let [_, neighbors, _] = match self {
+            Self::Standard => STANDARD,
+            Self::Small => SMALL,
+            Self::Large => LARGE,
+        };
+        neighbors as u16
     }
 }
 

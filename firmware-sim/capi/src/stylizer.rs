@@ -10,7 +10,7 @@ use crate::{
     handle::{Cell, close, kind_of},
     memory::{self, Region, disjoint},
     pose,
-    profile::{AnyStylizer, GestusProfile, Large, Small, Standard},
+    profile::{AnyStylizer, GestusProfile, LARGE, Large, SMALL, STANDARD, Small, Standard},
     status::{GestusStatus, StatusResult, status},
 };
 
@@ -76,13 +76,19 @@ pub unsafe extern "C" fn gestus_stylizer_init(
         match profile {
             // SAFETY: `own` is aligned and long enough for this profile, and overlaps nothing that is read here.
             #[cfg(feature = "standard")]
-            GestusProfile::Standard => unsafe { make::<22, 40, 28>(memory, profile, blob, db, config) },
+            GestusProfile::Standard => unsafe {
+                make::<{ STANDARD[0] }, { STANDARD[1] }, { STANDARD[2] }>(memory, profile, blob, db, config)
+            },
             // SAFETY: as above.
             #[cfg(feature = "small")]
-            GestusProfile::Small => unsafe { make::<12, 16, 8>(memory, profile, blob, db, config) },
+            GestusProfile::Small => unsafe {
+                make::<{ SMALL[0] }, { SMALL[1] }, { SMALL[2] }>(memory, profile, blob, db, config)
+            },
             // SAFETY: as above.
             #[cfg(feature = "large")]
-            GestusProfile::Large => unsafe { make::<64, 64, 256>(memory, profile, blob, db, config) },
+            GestusProfile::Large => unsafe {
+                make::<{ LARGE[0] }, { LARGE[1] }, { LARGE[2] }>(memory, profile, blob, db, config)
+            },
             #[cfg(not(all(feature = "standard", feature = "small", feature = "large")))]
             _ => Err(GestusStatus::Profile),
         }?;

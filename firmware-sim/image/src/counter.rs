@@ -44,6 +44,10 @@ const fn lowest((a, b): (u32, u32)) -> (u32, u32) {
 #[derive(Debug)]
 pub struct Cmsdk<const BASE: usize, const TICK_PS: u32>(());
 
+/// The timer of the boards that run at 25 MHz.
+#[cfg(target_arch = "arm")]
+pub type Mps2Timer = Cmsdk<0x4000_0000, 40_000>;
+
 #[cfg(target_arch = "arm")]
 impl<const BASE: usize, const TICK_PS: u32> Cmsdk<BASE, TICK_PS> {
     const CONTROL: usize = 0x0;

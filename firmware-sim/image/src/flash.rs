@@ -10,9 +10,6 @@ unsafe extern "C" {
     static WINDOW: u8;
 }
 
-/// Alignment of the data after the blob.
-const BOUNDARY: usize = 16;
-
 /// The whole window.
 fn window() -> &'static [u8] {
     let (start, window) = (&raw const START, &raw const WINDOW as usize);
@@ -36,7 +33,7 @@ pub fn blob() -> &'static [u8] {
 
 /// The data after the blob, up to the end of the window.
 pub fn after_blob() -> &'static [u8] {
-    window().get(blob().len().next_multiple_of(BOUNDARY)..).unwrap_or(&[])
+    window().get(blob().len().next_multiple_of(blob::layout::ALIGNMENT)..).unwrap_or(&[])
 }
 
 /// The robot's tables after the blob. `Robot::open` refuses other bytes.

@@ -1,13 +1,7 @@
 //! gestus-core cannot panic: every public function of `Database` and `Stylizer`, with arguments that the compiler does not
 //! know.
 
-use gestus_core::{
-    Config, Database, Digest, Effort, Pose, Report, Stylizer,
-    blob::Mark,
-    config::parameters,
-    retarget::Map,
-    robot::{Drive, Robot},
-};
+use gestus_core::{Config, Database, Digest, Effort, Pose, Report, Stylizer, blob::Mark, config::parameters};
 
 /// Calls every function and combines the results into one number, so that no call is optimised away.
 #[inline(never)]
@@ -21,40 +15,7 @@ pub fn reach(blob: &[u8], numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
         sum ^= u32::from(manifest.styles.find(manifest.unit).unwrap_or(0));
         sum ^= manifest.joints.get(numbers[30] as usize).map_or(0, str::len) as u32;
     }
-    sum ^= body(&database, blob, numbers, floats);
     sum ^ reads(&database, numbers[31] as usize)
-}
-
-/// Retargeting maps and robots from arbitrary bytes.
-#[inline(never)]
-fn body(database: &Database<'_>, bytes: &[u8], numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
-    let (mut wide, mut pose) = (Pose::<31>::IDENTITY, Pose::<22>::IDENTITY);
-    for (value, given) in wide.rotations.as_flattened_mut().iter_mut().zip(floats) {
-        *value = *given;
-    }
-    let mut sum = 0;
-    if let Ok(map) = Map::open(bytes) {
-        sum ^= u32::from(map.fits(database, numbers[20] as usize).is_ok()) ^ map.scale().to_bits();
-        map.to_target(&wide, &mut pose);
-        let like = wide;
-        map.to_source(&pose, &like, &mut wide);
-        sum ^= wide.position[0].to_bits() ^ (map.sources() ^ map.targets()) as u32;
-    }
-    if let Ok(robot) = Robot::open(bytes)
-        && let Ok(mut drive) = Drive::<20>::new(robot, floats)
-    {
-        sum ^= u32::from(robot.fits(database, numbers[21] as usize).is_ok()) ^ robot.groups() as u32;
-        let driven = drive.step(&pose);
-        sum ^= u32::from(driven.held) ^ driven.lag.to_bits() ^ u32::from(drive.pulse(numbers[22] as usize));
-        sum ^= drive
-            .motions()
-            .iter()
-            .zip(drive.targets())
-            .map(|(m, t)| m.position.to_bits() ^ t.to_bits())
-            .sum::<u32>();
-        sum ^= drive.robot().limb(numbers[23] as usize).map_or(0, |l| l.scale.to_bits());
-    }
-    sum
 }
 
 #[inline(never)]

@@ -7,7 +7,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
-use gestus_core::Method;
+use gestus_core::{Method, blob::layout::ALIGNMENT};
 use gestus_database::command_line::outputs::note;
 use object::{Object, ObjectSection, SectionFlags, SectionKind, elf};
 
@@ -226,7 +226,7 @@ fn printed_path(rustc: &str, arguments: &[&str]) -> Option<PathBuf> {
 /// A file that can't be written.
 pub fn write_flash(database: &[u8], appended: &[u8], name: &str) -> Result<PathBuf> {
     let mut bytes = database.to_vec();
-    bytes.resize(bytes.len().next_multiple_of(16), 0);
+    bytes.resize(bytes.len().next_multiple_of(ALIGNMENT), 0);
     bytes.extend(appended);
     let path = target_folder().join(name);
     fs::create_dir_all(target_folder())?;

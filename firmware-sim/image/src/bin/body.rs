@@ -22,7 +22,7 @@ use gestus_core::{
     robot::{Drive, Robot},
 };
 use gestus_firmware::{
-    counter::{Cmsdk, Counter},
+    counter::{Counter, Mps2Timer as Time},
     exit, flash,
 };
 
@@ -33,8 +33,6 @@ const FRAMES: usize = 300;
 const RATES: (u32, u32) = (30_000, 50_000);
 /// A lead and a lag of 0.2 s.
 const BOUNDS: Bounds = Bounds { lead_s: 0.2, lag_s: 0.2 };
-
-type Time = Cmsdk<0x4000_0000, 40_000>;
 
 fn pose<const J: usize>(frame: usize) -> Pose<J> {
     let mut pose = Pose::IDENTITY;

@@ -21,7 +21,7 @@ const CALLS: usize = 128;
 #[cfg(microbit)]
 type Time = gestus_firmware::counter::Nrf51Timer;
 #[cfg(not(microbit))]
-type Time = gestus_firmware::counter::Cmsdk<0x4000_0000, 40_000>;
+type Time = gestus_firmware::counter::Mps2Timer;
 
 fn time() -> Time {
     // SAFETY: this is the board's first timer, at this address, and nothing else in the image uses it.
