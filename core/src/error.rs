@@ -128,6 +128,11 @@ pub(crate) fn saturating_u16(count: usize) -> u16 {
     u16::try_from(count).unwrap_or(u16::MAX)
 }
 
+/// The same for lengths and counts that are held as 32 bits.
+pub(crate) fn saturating_u32(count: usize) -> u32 {
+    u32::try_from(count).unwrap_or(u32::MAX)
+}
+
 /// Why a stylizer refused a database or a setting. The setting before stays in force.
 ///
 /// It travels over the [`link`](crate::link): new variants go to the end.

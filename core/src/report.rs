@@ -85,6 +85,16 @@ impl fmt::Debug for Degraded {
     }
 }
 
+/// Left and right foot as bits 0 and 1.
+pub(crate) fn pack_feet([left, right]: [bool; 2]) -> u8 {
+    u8::from(left) | u8::from(right) << 1
+}
+
+/// The feet of [`pack_feet`].
+pub(crate) fn unpack_feet(feet: u8) -> [bool; 2] {
+    [1, 2].map(|foot| feet & foot != 0)
+}
+
 /// What happened in a step.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

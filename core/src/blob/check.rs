@@ -3,7 +3,7 @@
 use core::ops::Range;
 
 use super::{crc::crc32c, read::Record};
-use crate::BlobError;
+use crate::{BlobError, error::saturating_u32};
 
 pub(crate) type Checked = Result<(), BlobError>;
 
@@ -64,9 +64,7 @@ pub(crate) struct Tables<'a> {
 impl<'a> Tables<'a> {
     /// The tables of `bytes`, whose length has to be `need`, after a header of `header` bytes.
     pub fn new(section: u16, bytes: &'a [u8], header: usize, need: usize) -> Result<Self, BlobError> {
-        if bytes.len() != need {
-            return Err(BlobError::Length { section, need: as_u32(need), have: as_u32(bytes.len()) });
-        }
+        length(section, need, bytes.len())?;
         Ok(Self { rest: bytes.get(header..).unwrap_or(&[]) })
     }
 
@@ -80,7 +78,7 @@ impl<'a> Tables<'a> {
 
 /// [`BlobError::Value`] unless the record `fits`.
 pub(crate) fn check(section: u16, record: usize, fits: bool) -> Checked {
-    if fits { Ok(()) } else { Err(BlobError::Value { section, record: as_u32(record) }) }
+    if fits { Ok(()) } else { Err(BlobError::Value { section, record: saturating_u32(record) }) }
 }
 
 /// [`BlobError::Reserved`] unless the reserved bytes are `zero`.
@@ -93,18 +91,13 @@ pub(crate) fn length(section: u16, need: usize, have: usize) -> Checked {
     if need == have {
         Ok(())
     } else {
-        Err(BlobError::Length { section, need: as_u32(need), have: as_u32(have) })
+        Err(BlobError::Length { section, need: saturating_u32(need), have: saturating_u32(have) })
     }
 }
 
 /// The error of bytes that are fewer or more than their header says.
 fn truncated(need: usize, have: usize) -> BlobError {
-    BlobError::Truncated { need: as_u32(need), have: as_u32(have) }
-}
-
-/// Lengths and counts as errors hold them.
-pub(crate) fn as_u32(value: usize) -> u32 {
-    u32::try_from(value).unwrap_or(u32::MAX)
+    BlobError::Truncated { need: saturating_u32(need), have: saturating_u32(have) }
 }
 
 /// True if every number is between -`most` and `most`, which is not negative.

@@ -6,7 +6,7 @@
 //! end. Values travel as `f32`, which holds each of them exactly.
 
 use super::choice::{Method, Ridge, Safety, Timing, Value, Yaw};
-use crate::ConfigError;
+use crate::{ConfigError, search::graph};
 
 /// A row of the table.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -144,7 +144,7 @@ parameters! {
     /// Neighbors of each class that the local models are fitted to. More of them average more: the output is smoother,
     /// but all steps look alike. Fewer follow the input more closely and are rougher; 40 is the value of Xia 2015. At most
     /// the stylizer's `K`, with every method, though only the mixture uses neighbors.
-    0 K k: u16 = 8, [1.0 to 64.0], &Method::ALL;
+    0 K k: u16 = 8, [1.0 to graph::POOL as f32], &Method::ALL;
     /// Weight λ of the ridge (Xia 2015, section 5.1). Less lets a class's slopes count more, and the output may take
     /// longer to forget an error; from about 1 on raw variables it is the neighbors' mean.
     1 LAMBDA lambda: f32 = 0.1, [1e-9 to 1e6], &[Method::Mar];
@@ -168,10 +168,10 @@ parameters! {
     7 RHO rho: f32 = 0.7, [0.0 to 1.0], &[Method::Mar];
     /// Most distances computed in a class and frame: what bounds the slowest frame. Fewer lose neighbors where the stream
     /// jumps; a frame that reaches the cap sets the flag `visits`.
-    8 VISITS visits: u16 = 256, [64.0 to 448.0], &[Method::Mar];
+    8 VISITS visits: u16 = 256, [64.0 to graph::MAX_VISITS as f32], &[Method::Mar];
     /// Frames that the search keeps as candidates; at least `k` are kept. More find more of the true neighbors and visit
     /// more.
-    9 POOL pool: u8 = 20, [1.0 to 64.0], &[Method::Mar];
+    9 POOL pool: u8 = 20, [1.0 to graph::POOL as f32], &[Method::Mar];
     /// The search of a class restarts where its mean squared distance is this many times the last frame's. Lower
     /// notices a jump sooner, and restarts more often without need.
     10 JUMP jump: f32 = 4.0, [1.0 to 1e9], &[Method::Mar];

@@ -3,8 +3,8 @@
 use postcard::ser_flavors::Flavor;
 use serde::Serialize;
 
-use super::HINGE_BYTES;
-use crate::blob::crc::Crc32c;
+use super::{HINGE_BYTES, MAX_STAGES};
+use crate::{blob::crc::Crc32c, methods::weights::MAX_KEPT};
 
 /// Version of the protocol, 1 to 15. Another version's frames are answered with [`Fault::Version`](super::Fault).
 pub const VERSION: u8 = 1;
@@ -74,10 +74,11 @@ impl Header {
 pub const fn buffer_length(joints: usize) -> usize {
     // Zero, postcard of the pose and of a report with every class and stage, overhead, zero.
     let pose = 1 + 12 + 2 + 16 * joints;
-    let report = 3 * 4 + 2 * 5 + 1 + 5 + 1 + 8 * 7 + 1 + 8 * 5;
+    let report = 3 * 4 + 2 * 5 + 1 + 5 + 1 + MAX_KEPT * 7 + 1 + MAX_STAGES * 5;
     let raw = OVERHEAD + pose + report;
     let framed = raw + raw / 254 + 1 + 2;
-    if framed < 288 { 288 } else { framed }
+    let robot = robot_buffer_length(40);
+    if framed < robot { robot } else { framed }
 }
 
 /// Bytes that the replies of a robot of that many hinges need: 6 for each hinge, and 48.

@@ -10,6 +10,7 @@ use super::{DriveReport, Fault, RobotIdentity, board::Statistic};
 use crate::{
     Degraded, Pose, Report,
     methods::weights::{MAX_KEPT, Share},
+    report::{pack_feet, unpack_feet},
 };
 
 /// Most pairs of a number and a value in a message.
@@ -135,10 +136,9 @@ pub struct BriefReport {
 impl BriefReport {
     /// The report of a step.
     pub fn new(report: &Report) -> Self {
-        let [left, right] = report.contacts.map(u8::from);
         Self {
             step_s: report.step_s,
-            contacts: left | right << 1,
+            contacts: pack_feet(report.contacts),
             degraded: u32::from(report.degraded.bits()),
         }
     }
@@ -255,14 +255,13 @@ pub struct StepReport {
 impl StepReport {
     /// The report of a step, and the board's counts of it.
     pub fn new(report: &Report, stages: &[u32]) -> Self {
-        let [left, right] = report.contacts.map(u8::from);
         Self {
             step_s: report.step_s,
             predicted_step_s: report.predicted_step_s,
             distance2: report.distance2,
             visits: report.visits,
             bytes_read: report.bytes_read,
-            contacts: left | right << 1,
+            contacts: pack_feet(report.contacts),
             degraded: u32::from(report.degraded.bits()),
             classes: first(report.classes.iter().map(|s| (s.class, s.proportion))),
             stages: first(stages.iter().copied()),
@@ -275,7 +274,7 @@ impl StepReport {
             distance2: self.distance2,
             visits: self.visits,
             bytes_read: self.bytes_read,
-            contacts: [self.contacts & 1 != 0, self.contacts & 2 != 0],
+            contacts: unpack_feet(self.contacts),
             step_s: self.step_s,
             predicted_step_s: self.predicted_step_s,
             ..Report::default()

@@ -305,7 +305,7 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
         let driven = driven.ok_or(Fault::NoRobot)?;
         let mut buffer = HingeBuffer::new();
         let report = buffer.report(&driven, |hinge| self.board.hinge(hinge));
-        self.answer.write(header.reply(), &Reply::Drive(report)).map(|_| ()).map_err(overlong)
+        self.reply(header, &Reply::Drive(report))
     }
 
     #[inline(never)]

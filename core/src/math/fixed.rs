@@ -19,9 +19,9 @@ pub fn from_fixed(number: i32, bits: i32) -> f32 {
     number as f32 * power_of_two(-bits)
 }
 
-#[cfg(not(feature = "soft-float"))]
+/// 2 to the power of `bits`, which is in -126..127.
 #[inline]
-fn power_of_two(bits: i32) -> f32 {
+pub fn power_of_two(bits: i32) -> f32 {
     f32::from_bits(((127 + bits) << 23) as u32)
 }
 
@@ -29,6 +29,12 @@ fn power_of_two(bits: i32) -> f32 {
 #[inline]
 pub fn bit_length(value: i32) -> i32 {
     (u32::BITS - (value ^ (value >> 31)).leading_zeros()) as i32
+}
+
+/// Every bit that the magnitude of one of the numbers has, but for the last one of a negative number.
+#[inline]
+pub fn magnitude_bits(numbers: impl IntoIterator<Item = i32>) -> i32 {
+    numbers.into_iter().fold(0, |bits, number| bits | (number ^ (number >> 31)))
 }
 
 /// A factor 2^power.

@@ -26,10 +26,11 @@ use crate::{
         LinearModel,
         layout::{MAX_ORDER, dof},
     },
+    error::saturating_u32,
     math::{clamp, decay, erf, exp, maximum, pow},
     methods::{
         context::{Context, Frame, Needs, Signals, Translate},
-        work::{Load, Work, as_u32},
+        work::{Load, Work},
     },
     search::top_k::insert,
 };
@@ -45,7 +46,7 @@ const MAX_WEIGHT_CHANGE: f32 = 0.125;
 /// effect of one wrong frame is gone after two seconds.
 const MAX_DEVIATIONS: f32 = 30.0;
 /// The logarithm of the time warp is clamped to ±ln 4.
-const LOG_STEP: f32 = 1.386_294_4;
+const MAX_LOG_STEP: f32 = 1.386_294_4;
 
 /// A running model: its number, its weight, and its states, unit after unit.
 #[derive(Debug, Clone)]
@@ -76,7 +77,7 @@ impl<const J: usize> Translate<J> for Linear<J> {
     /// Models that fade out run beside those that fade in, up to the number of slots.
     fn worst_step(database: &Database<'_>, _config: &Config, _load: &Load) -> Work {
         let largest = (0..database.linear_models()).map(|m| database.linear_model(m).bytes()).max();
-        Work { bytes_read: as_u32(MAX_MODELS * largest.unwrap_or(0)), ..Work::default() }
+        Work { bytes_read: saturating_u32(MAX_MODELS * largest.unwrap_or(0)), ..Work::default() }
     }
 
     #[inline(never)]
@@ -127,7 +128,8 @@ impl<const J: usize> Linear<J> {
             };
             let (input_part, log_step) =
                 translate(&model, states, &mut slot.input_part, frame, share, dofs, report);
-            step_s += share * input_step * exp((1.0 - input_part) * clamp(log_step, -LOG_STEP, LOG_STEP));
+            step_s +=
+                share * input_step * exp((1.0 - input_part) * clamp(log_step, -MAX_LOG_STEP, MAX_LOG_STEP));
             for (side, standing) in standing.iter_mut().enumerate() {
                 let (boundary, projection) = model.foot(side);
                 let sum = projection.product(states.get(..model.states).unwrap_or(&[]));

@@ -26,6 +26,7 @@ use crate::{
         Database, Table,
         layout::{MAX_STYLES, ROOT_DOFS, dof},
     },
+    error::saturating_u32,
     math::{
         abs, clamp, exp, maximum,
         quaternion::{self, IDENTITY, Quaternion, Vector},
@@ -34,7 +35,7 @@ use crate::{
     },
     methods::{
         context::{Context, Frame, Needs, Translate},
-        work::{Load, Work, as_u32},
+        work::{Load, Work},
     },
     stylizer::style_mix::Settings,
 };
@@ -68,7 +69,7 @@ impl<const J: usize> Translate<J> for Statistics<J> {
 
     /// Every joint reads the input's table and those of its output styles.
     fn worst_step(database: &Database<'_>, _config: &Config, load: &Load) -> Work {
-        let table = as_u32(database.table(0).bytes());
+        let table = saturating_u32(database.table(0).bytes());
         let bytes_read = table * (1 + load.styles);
         Work { mixes: load.mixes, outputs: load.styles, bytes_read, ..Work::default() }
     }

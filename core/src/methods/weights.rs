@@ -9,12 +9,14 @@ use heapless::Vec;
 
 use crate::{
     Config,
+    config::parameters::{self, RANGES},
     math::{exp, maximum},
     search::top_k::insert,
 };
 
 /// Greatest number of classes in a mixture.
 pub const MAX_KEPT: usize = 8;
+const _: () = assert!(RANGES[parameters::CLASSES as usize].most == MAX_KEPT as f32);
 /// Greatest number of classes in a frame in which all classes are searched afresh, which is the slowest kind.
 pub const MAX_KEPT_FRESH: usize = 2;
 

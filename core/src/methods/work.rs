@@ -10,6 +10,7 @@ use crate::{
         Class, Database,
         layout::{MAX_GROUPS, MAX_STYLES},
     },
+    error::saturating_u32,
     stylizer::style_mix::{MAX_GROUP_STYLES, Settings},
 };
 
@@ -60,13 +61,13 @@ impl Load {
     /// The settings that cost most: no labels, every style in the body's mix, and a mix of its own for every other
     /// joint group.
     pub fn heaviest(database: &Database<'_>) -> Self {
-        let styles = as_u32(database.counts().styles.min(MAX_STYLES));
-        let other_groups = as_u32(database.counts().groups.min(MAX_GROUPS)).saturating_sub(1);
+        let styles = saturating_u32(database.counts().styles.min(MAX_STYLES));
+        let other_groups = saturating_u32(database.counts().groups.min(MAX_GROUPS)).saturating_sub(1);
         Self {
             action: None,
             input_style: None,
             mixes: other_groups + 1,
-            styles: styles + other_groups * styles.min(as_u32(MAX_GROUP_STYLES)),
+            styles: styles + other_groups * styles.min(saturating_u32(MAX_GROUP_STYLES)),
         }
     }
 
@@ -76,7 +77,7 @@ impl Load {
         let none = Self { action: settings.action, input_style: settings.input_style, mixes: 0, styles: 0 };
         mixes.fold(none, |load, mix| {
             let styles = settings.mix(mix).weighted(database.counts().styles).count();
-            Self { mixes: load.mixes + 1, styles: load.styles + as_u32(styles), ..load }
+            Self { mixes: load.mixes + 1, styles: load.styles + saturating_u32(styles), ..load }
         })
     }
 
@@ -84,9 +85,4 @@ impl Load {
     pub(crate) fn classes(&self, database: &Database<'_>) -> impl Iterator<Item = (usize, Class)> {
         database.classes().enumerate().filter(|(_, class)| class.has(self.action, self.input_style))
     }
-}
-
-/// Converts a count, which never reaches the limit in a database.
-pub(crate) fn as_u32(count: usize) -> u32 {
-    u32::try_from(count).unwrap_or(u32::MAX)
 }

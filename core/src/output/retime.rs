@@ -263,7 +263,8 @@ impl<const J: usize, const N: usize> Retimer<J, N> {
         // The mean duration of the poses that will pass. The cast saturates at 0.
         let whole = (behind - 1e-5) as usize;
         let (mut sum, mut count) = (0.0, 0.0);
-        for ahead in 0..5_usize {
+        // As many as pass in an input frame at the greatest speed, and one more. The mean of a longer tick is of no more.
+        for ahead in 0..=SPEEDS[1] as usize {
             // The pose `back` places before the newest.
             let Some(back) = whole.checked_sub(ahead) else { break };
             sum += self.at(back).1;

@@ -7,10 +7,15 @@
 //!
 //! The core has no clock. The caller measures, in ticks of any timer. `docs/PORTING.md` has the loop.
 
-use crate::{ConfigError, search::graph::MAX_VISITS};
+use crate::{
+    ConfigError,
+    config::parameters::{RANGES, VISITS},
+    search::graph::MAX_VISITS,
+};
 
 /// Smallest cap. Fewer visits find too few neighbors.
 pub const MIN_VISITS: u16 = 64;
+const _: () = assert!(RANGES[VISITS as usize].least == MIN_VISITS as f32);
 /// Number of fast steps in a row after which the cap rises.
 const STEPS_TO_RAISE: u8 = 8;
 
@@ -29,7 +34,7 @@ impl VisitCap {
     /// A cap for steps that may take `budget` ticks, at most `max` visits a class.
     ///
     /// # Errors
-    /// [`ConfigError::OutOfRange`] where `max` is not 64 to 448, or the budget is 0.
+    /// [`ConfigError::OutOfRange`] where `max` is not [`MIN_VISITS`] to [`MAX_VISITS`], or the budget is 0.
     pub const fn new(budget: u32, max: u16) -> Result<Self, ConfigError> {
         if budget == 0 || max < MIN_VISITS || max > MAX_VISITS {
             return Err(ConfigError::OutOfRange);

@@ -20,7 +20,7 @@ use heapless::Vec;
 use crate::{
     blob::{
         Class, Database,
-        layout::{NONE, flag},
+        layout::{DEGREE, NONE, flag},
     },
     search::{
         found::{Found, Neighbor, SearchStats, mean},
@@ -35,6 +35,8 @@ pub const POOL: usize = 64;
 /// Greatest number of visits of one search. The visited set has to stay sparse enough to probe.
 pub const MAX_VISITS: u16 = 448;
 const _: () = assert!((MAX_VISITS as usize) < SLOTS);
+/// Bytes of a frame's edges.
+pub(crate) const EDGE_BYTES: u32 = 2 * DEGREE as u32;
 /// Number of frames, spread over the class, from which a restarted search begins.
 const SPREAD_SEEDS: usize = 48;
 /// Without a graph, one visit in `OVERVIEW` is to a row from all over the class, to find neighbors that do not follow the
@@ -273,7 +275,7 @@ impl Walk<'_, '_> {
             frame.expanded = true;
             let row = usize::from(frame.row);
             if self.database.has_graph() {
-                self.stats.bytes += 16;
+                self.stats.bytes += EDGE_BYTES;
                 for edge in self.database.edges(self.class.first_row + row) {
                     if edge != NONE {
                         self.visit(edge);

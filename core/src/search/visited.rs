@@ -68,7 +68,7 @@ mod tests {
 
     #[test]
     fn rows_side_by_side_rows_at_random_and_rows_of_one_slot_leave_patience() {
-        let most = 448;
+        let most = crate::search::graph::MAX_VISITS;
         for step in [1, 2, 3, 64, 128, 146] {
             let looked_at = collisions((0..most).map(|i| i * step));
             assert!(looked_at < u32::from(PATIENCE), "every {step}: {looked_at}");

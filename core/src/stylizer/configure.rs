@@ -40,9 +40,10 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         Ok(())
     }
 
-    /// Sets the greatest number of distances that are computed a class and frame, 64 to 448. It determines the worst case of
-    /// a frame, and is the first parameter to lower where a deadline was missed. Frames that reach it are reported
-    /// ([`Degraded::VISITS`](crate::Degraded::VISITS)).
+    /// Sets the greatest number of distances that are computed a class and frame,
+    /// [`MIN_VISITS`](crate::output::visit_cap::MIN_VISITS) to [`MAX_VISITS`](crate::search::graph::MAX_VISITS). It determines
+    /// the worst case of a frame, and is the first parameter to lower where a deadline was missed. Frames that reach it are
+    /// reported ([`Degraded::VISITS`](crate::Degraded::VISITS)).
     ///
     /// # Errors
     /// [`ConfigError::Parameter`] out of that range; the current cap stays.

@@ -171,7 +171,7 @@ impl<'db> Dial<'db> {
             }
             let stored = Record::of(self.table(), node, self.styles).0;
             for (weight, &byte) in weights.iter_mut().zip(stored) {
-                *weight += share * (f32::from(byte) / 255.0);
+                *weight += share * (f32::from(byte) / f32::from(effort::WHOLE));
             }
         }
         (weights, self.reached(&weights, target))

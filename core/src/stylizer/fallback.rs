@@ -32,6 +32,7 @@ use crate::{
         retime::interpolate,
         speed_limit::{exponential_maps, rotation_angle},
     },
+    report::{pack_feet, unpack_feet},
 };
 
 /// Duration of the blend back to the stream after a fault, seconds.
@@ -161,12 +162,12 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
 
     /// Stores which feet of the output stand, left and right.
     pub(super) fn set_standing(&mut self, feet: [bool; 2]) {
-        self.faults.stands = u8::from(feet[0]) | u8::from(feet[1]) << 1;
+        self.faults.stands = pack_feet(feet);
     }
 
     /// Which feet of the last output stand, left and right.
     pub(super) fn standing(&self) -> [bool; 2] {
-        [1, 2].map(|foot| self.faults.stands & foot != 0)
+        unpack_feet(self.faults.stands)
     }
 
     /// The output of a frame without a usable input.

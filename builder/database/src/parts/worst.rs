@@ -53,7 +53,7 @@ mod tests {
             format!("rest {joint} · J + {e} · n M + {e_class} · C"),
             format!(
                 "contacts {c} · the smaller of n and {}",
-                gestus_core::methods::mixture::contact_votes::MOST_VOTERS
+                gestus_core::methods::mixture::contact_votes::MAX_VOTERS
             ),
             format!("lock {l}"),
         ];

@@ -34,6 +34,8 @@ pub const MAX_FEATURE_KNOTS: usize = 128;
 pub const MAX_DOF_KNOTS: usize = 64;
 /// Phases at which contacts are stored.
 pub const CONTACTS: usize = 24;
+/// One step of the likelihood that a foot stands.
+pub const CONTACT_STEP: f32 = 1.0 / 255.0;
 
 /// Byte ranges of a dof.
 pub mod dof_scale {

@@ -4,7 +4,7 @@ use crate::blob::{
     Database, Numbers,
     layout::{
         MAX_GROUPS,
-        phase::{self, CONTACTS, Parts, dof_scale, tables},
+        phase::{self, CONTACT_STEP, CONTACTS, Parts, dof_scale, tables},
     },
     read::Record,
 };
@@ -84,7 +84,7 @@ impl<'db> PhaseTables<'db> {
     #[inline]
     pub fn contact(&self, index: usize) -> [f32; 2] {
         let row = Record(self.row(self.parts().contacts, 2, index % CONTACTS));
-        [0, 1].map(|side| f32::from(row.u8(side)) * (1.0 / 255.0))
+        [0, 1].map(|side| f32::from(row.u8(side)) * CONTACT_STEP)
     }
 }
 

@@ -4,17 +4,22 @@ use crate::{
     BlobError,
     blob::{
         Counts,
-        check::as_u32,
         layout::{
             self, MAX_ACTIONS, MAX_FEATURES, MAX_GROUPS, MAX_JOINTS, MAX_STYLES, MAX_TIMING, MAX_WINDOW,
             NONE, header,
         },
         read::Record,
     },
+    error::saturating_u32,
 };
 
 /// Most frames, rows, cycles or clips: products with record lengths stay far below 2^32.
 const MAX_RECORDS: usize = 1 << 22;
+
+/// Place of the number of frames among the limits of [`counts`].
+const FRAMES_RECORD: u32 = 8;
+/// No method can translate with what the blob holds.
+pub(super) const NO_METHOD: BlobError = BlobError::Value { section: 0, record: FRAMES_RECORD };
 
 /// Reads and checks the counts of a blob that is as long as a header.
 #[inline(never)]
@@ -46,7 +51,7 @@ pub(super) fn counts(bytes: &[u8]) -> Result<Counts, BlobError> {
     let frameless = [c.rows, c.timing, c.cycles, c.clips].iter().all(|&n| n == 0);
     let by_phase = [c.features, c.window, c.classes].map(|n| n > 0);
     if models_only && !(frameless && (by_phase == [true; 3] || by_phase == [false; 3])) {
-        return Err(BlobError::Value { section: 0, record: 8 });
+        return Err(NO_METHOD);
     }
     let least = usize::from(!models_only);
     // A power of two, or none that fits.
@@ -71,7 +76,29 @@ pub(super) fn counts(bytes: &[u8]) -> Result<Counts, BlobError> {
         (has_rate, 1, 1),
     ];
     match limits.iter().position(|(count, least, most)| !(least..=most).contains(&count)) {
-        Some(record) => Err(BlobError::Value { section: 0, record: as_u32(record) }),
+        Some(record) => Err(BlobError::Value { section: 0, record: saturating_u32(record) }),
         None => Ok(counts),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_number_of_frames_has_its_record() {
+        let mut bytes = [0; header::LENGTH];
+        let mut put = |at: core::ops::Range<usize>, value: usize| {
+            let length = at.len();
+            bytes[at].copy_from_slice(&value.to_le_bytes()[..length]);
+        };
+        put(header::JOINTS, 2);
+        put(header::DOFS, layout::dofs(2));
+        for one in [header::FEATURES, header::WINDOW, header::STYLES, header::ACTIONS, header::CLASSES] {
+            put(one, 1);
+        }
+        put(header::GROUPS, 1);
+        put(header::FRAMES, MAX_RECORDS + 1);
+        assert_eq!(counts(&bytes).err(), Some(NO_METHOD));
     }
 }

@@ -14,7 +14,7 @@ mod statistic;
 
 use super::{
     Database, Mark,
-    check::{Checked, Envelope, as_u32, reserved},
+    check::{Checked, Envelope, reserved},
     crc::crc32c,
     layout::{
         ALIGNMENT, MAGIC, VERSION, entry, header,
@@ -22,7 +22,8 @@ use super::{
     },
     read::Record,
 };
-use crate::{BlobError, Method};
+use crate::{BlobError, Method, error::saturating_u32};
+use counts::NO_METHOD;
 
 const ENVELOPE: Envelope = Envelope {
     section: 0,
@@ -122,7 +123,7 @@ fn sections(bytes: &[u8]) -> Result<Database<'_>, BlobError> {
         end = start + length;
     }
     if end != total {
-        return Err(BlobError::Truncated { need: as_u32(end), have: as_u32(total) });
+        return Err(BlobError::Truncated { need: saturating_u32(end), have: saturating_u32(total) });
     }
     let mut sections: [&[u8]; section::REQUIRED.len()] = [&[]; section::REQUIRED.len()];
     for ((slot, content), &id) in sections.iter_mut().zip(required).zip(&section::REQUIRED) {
@@ -202,8 +203,8 @@ fn contents(db: &Database<'_>, is_built: impl Fn(Method) -> bool) -> Checked {
     }
     // Without frames only phase tables have classes.
     if db.counts.frames == 0 && db.counts.classes > 0 && phase.is_none() {
-        return Err(BlobError::Value { section: 0, record: 8 });
+        return Err(NO_METHOD);
     }
     let translates = db.counts.frames > 0 || lti.is_some() || statistic.is_some() || phase.is_some();
-    if translates { Ok(()) } else { Err(BlobError::Value { section: 0, record: 8 }) }
+    if translates { Ok(()) } else { Err(NO_METHOD) }
 }

@@ -16,7 +16,7 @@
 //! later frames (the builder can use it for files). A causal filter is no help, and delays the feet
 //! (`docs/experiments/feet.md`).
 //!
-//! Cost: 18 differences a neighbor and foot, of [`MOST_VOTERS`] neighbors at most; `docs/PERFORMANCE.md` has the
+//! Cost: 18 differences a neighbor and foot, of [`MAX_VOTERS`] neighbors at most; `docs/PERFORMANCE.md` has the
 //! instructions of the stage.
 
 use crate::{
@@ -34,7 +34,7 @@ const RATE_WEIGHT_S: f32 = 0.2;
 const MIN_DISTANCE2: f32 = 3e-8;
 /// Greatest number of neighbors that vote in a frame, over all classes. Each class gets an equal part, its nearest
 /// neighbors.
-pub const MOST_VOTERS: usize = 160;
+pub const MAX_VOTERS: usize = 160;
 /// Fixed-point scale of the comparison: units in a radian.
 const UNITS: f32 = 131_072.0;
 /// Which feet stand in an example's outputs: the sum of the style weights whose output stands, left and right, 0 to 1.
@@ -74,7 +74,7 @@ pub(crate) fn vote(database: &Database<'_>, row: usize, output: OutputContacts, 
 /// Number of neighbors of each class that vote, if `classes` are kept.
 #[inline]
 pub fn voters(classes: usize) -> usize {
-    MOST_VOTERS / classes.max(1)
+    MAX_VOTERS / classes.max(1)
 }
 
 /// Votes for the left and the right foot.

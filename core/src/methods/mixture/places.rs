@@ -22,7 +22,7 @@
 //!
 //! The distances of classes, and so their proportions and the trust in them, are those of the nearest frames.
 //!
-//! Cost: at most [`MOST_DISTANCES`] distances for each class kept. Gaits have no places: their cycles are alike.
+//! Cost: at most [`MAX_DISTANCES`] distances for each class kept. Gaits have no places: their cycles are alike.
 
 use heapless::Vec;
 
@@ -41,11 +41,11 @@ use crate::{
 /// Frames before and after the expected one that are compared.
 const NEAR_ROWS: usize = 3;
 /// Most frames of one clip among the neighbors, so that others take part.
-const MOST_OF_CLIP: usize = 3;
+const MAX_OF_CLIP: usize = 3;
 /// Most clips of a class that are looked at. Of more, these many are taken evenly.
-const MOST_CLIPS: usize = 8;
+const MAX_CLIPS: usize = 8;
 /// Most distances that following a class takes.
-pub(super) const MOST_DISTANCES: u32 = (MOST_CLIPS * (2 * NEAR_ROWS + 1)) as u32;
+pub(super) const MAX_DISTANCES: u32 = (MAX_CLIPS * (2 * NEAR_ROWS + 1)) as u32;
 /// Part of the difference from the expected canonical time by which the place is corrected in a frame.
 const GAIN: f32 = 0.5;
 /// Least range of canonical times of the nearest frames of a motion that repeats itself.
@@ -127,7 +127,7 @@ impl<const C: usize> Places<C> {
 }
 
 /// Room for the best frames of every clip.
-type Near = Vec<Neighbor, { MOST_CLIPS * MOST_OF_CLIP }>;
+type Near = Vec<Neighbor, { MAX_CLIPS * MAX_OF_CLIP }>;
 
 /// See [`Places::follow`]. Leaves `found` empty where the nearest rows are to be used. Returns the number of distances computed.
 // Not generic over capacities, so that it is compiled with the core, optimised for speed.
@@ -145,7 +145,7 @@ fn follow(
     let mut distances = 0;
     let time = |&row: &u16| time_of(database, class, &record, row);
     if place.time >= 0.0 {
-        let clips = record.cycles.clamp(1, MOST_CLIPS);
+        let clips = record.cycles.clamp(1, MAX_CLIPS);
         let offset = |i: usize| i * record.cycles / clips;
         let clip = |i: usize| record.first_cycle + offset(i);
         let pace = (0..clips).map(|i| 1.0 / database.cycle_duration(clip(i))).sum::<f32>() / clips as f32;
@@ -170,7 +170,7 @@ fn follow(
             }
             // By reference: dropping heapless's own iterator can panic.
             for &neighbor in &best {
-                insert(found, MOST_CLIPS * MOST_OF_CLIP, neighbor, |other| {
+                insert(found, MAX_CLIPS * MAX_OF_CLIP, neighbor, |other| {
                     other.distance2 <= neighbor.distance2
                 });
             }
@@ -211,7 +211,7 @@ fn measure(
     cycle: usize,
     expected: f32,
     metric: &Metric,
-    best: &mut Vec<Neighbor, MOST_OF_CLIP>,
+    best: &mut Vec<Neighbor, MAX_OF_CLIP>,
 ) -> u32 {
     let (mut distances, own) = (0, database.cycle_rows(class, cycle));
     let middle = database.row_at(cycle, expected);
@@ -224,7 +224,7 @@ fn measure(
         // A class has fewer than 2^16 rows.
         let row = u16::try_from(row - class.first_row).unwrap_or(u16::MAX);
         let neighbor = Neighbor { distance2, row, expanded: false, followed: false };
-        insert(best, MOST_OF_CLIP, neighbor, |other| other.distance2 <= distance2);
+        insert(best, MAX_OF_CLIP, neighbor, |other| other.distance2 <= distance2);
     }
     distances
 }

@@ -44,7 +44,10 @@ use crate::{
     config::Ridge,
     math::{
         abs, clamp,
-        fixed::{Fraction, Multiplier, PowerOfTwo, bit_length, product, shift, sqrt_wide},
+        fixed::{
+            Fraction, Multiplier, PowerOfTwo, bit_length, magnitude_bits, power_of_two, product, shift,
+            sqrt_wide,
+        },
         maximum, smoothstep, sqrt,
     },
     methods::mixture::{
@@ -157,7 +160,7 @@ impl Regression {
     #[inline(never)]
     fn evaluate(&self, s: &Scatter, dof: usize, input: [f32; 3], [step, scale]: [f32; 2]) -> Prediction {
         let parts_per_unit = parts_per_unit(step);
-        let system = self.system(s, parts_per_unit * power(-(s.bits as i32)), scale);
+        let system = self.system(s, parts_per_unit * power_of_two(-(s.bits as i32)), scale);
         // From here on in sixteenths of units.
         let bits = s.bits as i32 - FINER_BITS as i32;
         let (finer, held) = (PowerOfTwo::new(-bits), MAX_DIFFERENCE >> (-bits).clamp(0, 31));
@@ -178,7 +181,7 @@ impl Regression {
         ]);
         let from_mean = (deviation >> ANSWER_BITS).saturating_sub(left_out[3]);
 
-        let unit = step * power(bits - FRACTION as i32);
+        let unit = step * power_of_two(bits - FRACTION as i32);
         let finely = deviation as f32 * (1.0 / (1 << ANSWER_BITS) as f32);
         let whole = s.offsets[3].saturating_sub(left_out[3]).saturating_add(kept);
         let first = s.first[3] as f32 * (step * (1.0 / (1 << FRACTION) as f32));
@@ -227,14 +230,13 @@ impl Regression {
         let slope = lambda * (per_unit * per_unit);
         let (slope, fed_back) = (at_least(slope), at_least(slope * feedback));
         // √w times the means: the largest has 23 or 24 bits, and its square, less `DROPPED_BITS`, 30.
-        let longest = s.means.iter().fold(0, |bits, &mean| bits | (mean ^ (mean >> 31)));
+        let longest = magnitude_bits(s.means);
         let spare = PowerOfTwo::new(MEAN_BITS - bit_length(longest));
         let (weight, weight_power) = self.means_weight.parts();
         let means = s.means.map(|mean| product(spare.of(mean), weight, 31));
         let means_power = 2 * (31 + weight_power - MEAN_BITS + bit_length(longest)) + DROPPED_BITS as i32;
-        let largest_mean = means.iter().fold(0, |bits, &mean| bits | (mean ^ (mean >> 31)));
-        let largest = [s.matrix[0], s.matrix[2], s.matrix[5]].into_iter().chain(s.right);
-        let largest = largest.fold(0, |bits, entry| bits | (entry ^ (entry >> 31)));
+        let largest_mean = magnitude_bits(means);
+        let largest = magnitude_bits([s.matrix[0], s.matrix[2], s.matrix[5]].into_iter().chain(s.right));
 
         // Three numbers are added to an entry: each has two bits less.
         let of_means = if largest_mean == 0 {
@@ -267,11 +269,6 @@ impl Regression {
 
 /// Bits of what [`sqrt_wide`] takes.
 const SQUARE_ROOT_BITS: u32 = crate::math::fixed::BITS;
-
-/// 2 to the power of `bits`, which is in -126..127.
-fn power(bits: i32) -> f32 {
-    f32::from_bits(((127 + bits) << 23) as u32)
-}
 
 /// How many bits the whole part of a positive number takes; below 0 where its first bit is behind the point.
 fn exponent(value: f32) -> i32 {

@@ -10,9 +10,9 @@ use crate::math::fixed::{BITS, InverseSqrt, bit_length, product, shift};
 /// takes one away, since division by a pivot's root makes entries larger.
 const SOLVED_BITS: i32 = 27;
 /// No entry of `L⁻¹ r` or `L⁻¹ v` is larger: three products fit 63 bits.
-const MOST: i32 = 1 << 30;
+const MAX_ENTRY: i32 = 1 << 30;
 /// A pivot is held above that part of the diagonal, 2^-21: a singular system gives a finite answer.
-const LEAST_PIVOT: i32 = 1 << 8;
+const MIN_PIVOT: i32 = 1 << 8;
 /// Bits of an entry of a system, at most.
 pub const ENTRY_BITS: i32 = 28;
 /// Bits behind the point of an answer.
@@ -39,17 +39,17 @@ impl System {
         let (a10, a20, a21) = (at(a10, s0 + s1), at(a20, s0 + s2), at(a21, s1 + s2));
 
         const ONE: i32 = 1 << BITS;
-        let i0 = InverseSqrt::new(a00.max(LEAST_PIVOT));
+        let i0 = InverseSqrt::new(a00.max(MIN_PIVOT));
         let (l10, l20) = (i0.of(a10, ONE), i0.of(a20, ONE));
-        let i1 = InverseSqrt::new((a11 - product(l10, l10, BITS)).max(LEAST_PIVOT));
+        let i1 = InverseSqrt::new((a11 - product(l10, l10, BITS)).max(MIN_PIVOT));
         let l21 = i1.of(a21 - product(l20, l10, BITS), ONE);
         let pivot = a22 - product(l20, l20, BITS) - product(l21, l21, BITS);
-        let i2 = InverseSqrt::new(pivot.max(LEAST_PIVOT));
+        let i2 = InverseSqrt::new(pivot.max(MIN_PIVOT));
 
         let forward = |[b0, b1, b2]: [i32; 3]| {
-            let z0 = i0.of(b0, MOST);
-            let z1 = i1.of(b1 - product(l10, z0, BITS), MOST);
-            [z0, z1, i2.of(b2 - product(l20, z0, BITS) - product(l21, z1, BITS), MOST)]
+            let z0 = i0.of(b0, MAX_ENTRY);
+            let z1 = i1.of(b1 - product(l10, z0, BITS), MAX_ENTRY);
+            [z0, z1, i2.of(b2 - product(l20, z0, BITS) - product(l21, z1, BITS), MAX_ENTRY)]
         };
         let bits = SOLVED_BITS - i1.power().max(i2.power()) as i32;
         let (right, r_power) = balanced(self.right, scales, bits);

@@ -7,6 +7,7 @@
 //! steps of stored rows.
 
 use crate::{
+    math::fixed::magnitude_bits,
     methods::mixture::variables::{Example, FRACTION, X, X_PREV, Y_PREV},
     search::query::ALIGNED,
 };
@@ -292,8 +293,7 @@ fn accumulate(
         let difference =
             |variables: &[i32; 4]| -> [i32; 4] { core::array::from_fn(|i| variables[i] - first[i]) };
         let batch = [difference(examples.0), difference(examples.1)];
-        // The bits of the largest.
-        let size = batch.as_flattened().iter().fold(0, |size, &d| size | (d ^ (d >> 31)));
+        let size = magnitude_bits(batch.as_flattened().iter().copied());
         if size >> (*bits & 31) < 1 << BITS {
             sums.add(batch.map(|differences| differences.map(|d| d >> (*bits & 31))));
         } else {

@@ -21,11 +21,12 @@ use crate::{
         Database, PhaseTables,
         layout::{dof, phase::CONTACTS},
     },
+    error::saturating_u32,
     math::{abs, clamp, exp, maximum},
     methods::{
         context::{Context, Frame, Needs, Signals, Translate},
         weights::{self, Share, Width, most_kept},
-        work::{Load, Work, as_u32},
+        work::{Load, Work},
     },
     observe::Stage,
     search::{
@@ -109,9 +110,9 @@ impl<const J: usize, const C: usize> Translate<J> for Phase<J, C> {
             let parts = tables.parts();
             work.searched += 1;
             let expected = if tables.is_cyclic { 0 } else { MAX_EXPECTED_KNOTS.min(tables.feature_knots) };
-            work.distances += as_u32(tables.feature_knots + expected);
-            work.bytes_read += as_u32(parts.input);
-            largest = as_u32(parts.contacts - parts.input).max(largest);
+            work.distances += saturating_u32(tables.feature_knots + expected);
+            work.bytes_read += saturating_u32(parts.input);
+            largest = saturating_u32(parts.contacts - parts.input).max(largest);
         }
         work.classes = most_kept(config, work.searched);
         work.bytes_read += work.classes * largest;
