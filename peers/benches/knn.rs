@@ -23,7 +23,8 @@ fn knn(criterion: &mut Criterion) {
     let classes = points(&database, 40);
     let streams = streams(&database, &setup.clips);
     let truth = Truth::new(&classes, &streams);
-    let limits = Limits { k: 40, pool: 40, visits: 320, spare: 320, jump: 4.0, cutoff_distance2: f32::INFINITY };
+    let limits =
+        Limits { k: 40, pool: 40, visits: 320, spare: 320, jump: 4.0, cutoff_distance2: f32::INFINITY };
     let methods = tuned(database, limits, &truth).expect("every library builds its index");
     let mut group = criterion.benchmark_group("knn40");
     group.throughput(Throughput::Elements(truth.searches() as u64)).sample_size(10);

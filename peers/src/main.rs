@@ -133,8 +133,7 @@ fn compare(
     let mut methods = tuned(database, limits, truth)?;
     let recall = methods.first().map_or(0.0, |(_, core)| core.recall);
     let hnswlib = arguments.hnswlib.as_ref().zip(arguments.export.as_ref());
-    let mut hnswlib =
-        hnswlib.map(|(python, folder)| Hnswlib::start(python, folder, recall)).transpose()?;
+    let mut hnswlib = hnswlib.map(|(python, folder)| Hnswlib::start(python, folder, recall)).transpose()?;
     time(&mut methods, truth, arguments.rounds, || hnswlib.as_mut().map_or(Ok(()), Hnswlib::round))?;
     let mut rows: Vec<_> = methods.into_iter().map(|(_, row)| row).collect();
     rows.extend(hnswlib.map(Hnswlib::finish).transpose()?);

@@ -242,7 +242,8 @@ pub fn sweep(
             let mut core = Core::new(database, Limits { pool, visits, ..limits });
             let recall = truth.recall(&mut core);
             let visits_mean = core.visits().unwrap_or(0) as f64 / truth.searches() as f64;
-            let row = Row { method: "core".into(), recall, us_per_query: f64::INFINITY, ef: None, visits: None };
+            let row =
+                Row { method: "core".into(), recall, us_per_query: f64::INFINITY, ef: None, visits: None };
             let mut methods: [(Box<dyn Method>, Row); 1] = [(Box::new(core), row)];
             time(&mut methods, truth, rounds, || Ok(()))?;
             let us_per_query = methods[0].1.us_per_query;

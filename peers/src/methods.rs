@@ -7,7 +7,7 @@ use anyhow::{Result, anyhow};
 use gestus_core::{
     Database,
     search::{
-        graph::{Limits, Searcher},
+        graph::{Last, Limits, Searcher},
         metric::Metric,
         query::Feature,
     },
@@ -84,8 +84,8 @@ impl Method for Core<'_> {
         if self.is_cold {
             rows.clear();
         }
-        let near =
-            self.searcher.search(&self.database, class, &self.metric, &self.limits, rows, (*mean, 1));
+        let last = Last { rows, mean_distance2: Some(*mean), frames: 1 };
+        let near = self.searcher.search(&self.database, class, &self.metric, &self.limits, last);
         rows.clear();
         rows.extend(near.rows());
         *mean = near.mean_distance2;

@@ -68,6 +68,18 @@ pub struct Limits {
     pub cutoff_distance2: f32,
 }
 
+/// What was found when a class was searched last.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Last<'a> {
+    /// The rows; empty at the start.
+    pub rows: &'a [u16],
+    /// Their mean squared distance in weighted square metres; `None` where the class has not been searched.
+    pub mean_distance2: Option<f32>,
+    /// Number of frames since then.
+    pub frames: usize,
+}
+
 /// Memory for one search, used for one class after another.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -84,19 +96,14 @@ impl Searcher {
         Self { pool: Vec::new(), visited: Visited::new() }
     }
 
-    /// Finds the nearest frames of a class, nearest first.
-    ///
-    /// `last` has the rows that were found when the class was searched last (empty at the start), `last_mean` their
-    /// mean squared distance in weighted square metres, and `frames` the number of frames since then. Classes of at
-    /// most `limits.visits` rows are scanned.
+    /// Finds the nearest frames of a class, nearest first. Classes of at most `limits.visits` rows are scanned.
     pub fn search(
         &mut self,
         database: &Database<'_>,
         class: usize,
         metric: &Metric,
         limits: &Limits,
-        last: &[u16],
-        (last_mean, frames): (f32, usize),
+        last: Last<'_>,
     ) -> Found<'_> {
         let record = database.class(class);
         let k = limits.k.min(record.k_cap);
@@ -118,11 +125,13 @@ impl Searcher {
             walk.start();
             walk.scan_class();
         } else {
-            let mut restarts = last.is_empty() || last_mean < 0.0 || frames > MAX_FOLLOWED;
-            if !restarts {
+            let followed =
+                last.mean_distance2.filter(|_| !last.rows.is_empty() && last.frames <= MAX_FOLLOWED);
+            let mut restarts = followed.is_none();
+            if let Some(last_mean) = followed {
                 walk.start();
                 walk.is_following = true;
-                walk.seed_successors(last, frames);
+                walk.seed_successors(last.rows, last.frames);
                 walk.is_following = false;
                 walk.run(k);
                 let mut mean = walk.mean(k);
@@ -132,7 +141,7 @@ impl Searcher {
                     mean = walk.mean(k);
                 }
                 walk.stats.jumped = mean > limits.jump * last_mean;
-                restarts = walk.stats.jumped || walk.is_lost(last.len());
+                restarts = walk.stats.jumped || walk.is_lost(last.rows.len());
                 walk.stats.restarted = restarts;
             }
             if restarts {

@@ -7,7 +7,7 @@ use gestus_core::{
     Config, Database,
     blob::layout::{MAX_FEATURES, MAX_JOINTS},
     search::{
-        graph::{Limits, Searcher},
+        graph::{Last, Limits, Searcher},
         metric::Metric,
         query::{ALIGNED, Window},
     },
@@ -179,7 +179,7 @@ fn stream(
     let counts = database.counts();
     let mut window = Box::new(Window::new());
     let mut searcher = Box::new(Searcher::new());
-    let mut last: Vec<(Vec<u16>, f32)> = vec![(Vec::new(), -1.0); counts.classes];
+    let mut last: Vec<(Vec<u16>, Option<f32>)> = vec![(Vec::new(), None); counts.classes];
     let (mut graph, mut brute) = (Outcome::default(), Outcome::default());
     let (mut found, mut wanted, mut queries) = (0.0, 0.0, 0.0);
     let mut feature = [0.0; MAX_FEATURES];
@@ -190,7 +190,9 @@ fn stream(
         let metric = Metric::new(database, &mut feature, u8::MAX);
         for class in 0..counts.classes {
             let start = Instant::now();
-            let near = searcher.search(database, class, &metric, &limits, &last[class].0, (last[class].1, 1));
+            let (rows, mean_distance2) = &last[class];
+            let followed = Last { rows, mean_distance2: *mean_distance2, frames: 1 };
+            let near = searcher.search(database, class, &metric, &limits, followed);
             let graph_s = start.elapsed().as_secs_f64();
             let (rows, mean): (Vec<u16>, f32) = (near.rows().collect(), near.mean_distance2);
             let query: Vec<f32> =
@@ -220,7 +222,7 @@ fn stream(
                 after.visits += visits;
                 after.queries += 1.0;
             }
-            last[class] = (rows, mean);
+            last[class] = (rows, Some(mean));
         }
     }
     for outcome in [&mut graph, &mut brute] {

@@ -18,7 +18,7 @@ use crate::{
     blob::{Database, layout::MAX_WINDOW},
     math::ln,
     methods::context::Frame,
-    search::found::Found,
+    search::{found::Found, graph::Last},
 };
 
 /// Marks a class that the labels do not allow, or that was not searched.
@@ -99,10 +99,20 @@ impl<const C: usize> ClassDistances<C> {
         self.warmup == 0
     }
 
-    /// Mean squared distance of a class when it was searched last, and the number of frames since then.
-    pub fn last(&self, class: usize) -> (f32, usize) {
-        let mean = self.mean_distance2.get(class).copied().unwrap_or(UNKNOWN);
-        (mean, self.age.get(class).copied().map_or(0, usize::from))
+    /// Mean squared distance of a class when it was searched last; negative where it has not been searched.
+    pub fn last_distance2(&self, class: usize) -> f32 {
+        self.mean_distance2.get(class).copied().unwrap_or(UNKNOWN)
+    }
+
+    /// What was found when a class was searched last, with the `rows` found then.
+    pub fn last<'a>(&self, class: usize, rows: &'a [u16]) -> Last<'a> {
+        let mean = self.last_distance2(class);
+        Last { rows, mean_distance2: (mean >= 0.0).then_some(mean), frames: self.frames_since(class) }
+    }
+
+    /// Number of frames since a class was searched last.
+    fn frames_since(&self, class: usize) -> usize {
+        self.age.get(class).copied().map_or(0, usize::from)
     }
 
     /// Stores the result of a search.
@@ -113,7 +123,7 @@ impl<const C: usize> ClassDistances<C> {
         found: &Found<'_>,
         candidates: &mut Candidates<C>,
     ) {
-        let (last, age) = self.last(class);
+        let (last, age) = (self.last_distance2(class), self.frames_since(class));
         let mean = found.mean_distance2;
         // The first class that is searched: in a warm stream the one that was nearest before.
         if found.stats.jumped && candidates.least == f32::INFINITY {

@@ -141,14 +141,8 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             let state = self.neighbors.get_mut(class).zip(restarted.get_mut(class));
             let Some((neighbors, restarted)) = state else { break };
             limits.cutoff_distance2 = candidates.cutoff_distance2();
-            let found = self.searcher.search(
-                database,
-                class,
-                metric,
-                &limits,
-                neighbors,
-                self.class_distances.last(class),
-            );
+            let last = self.class_distances.last(class, neighbors);
+            let found = self.searcher.search(database, class, metric, &limits, last);
             self.class_distances.set(database, class, &found, &mut candidates);
             let stats = found.stats;
             neighbors.clear();
@@ -191,7 +185,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             report.classes.iter().any(|s| restarted.get(usize::from(s.class)).copied().unwrap_or(false));
         report.degraded.set(Degraded::JUMP, jumped);
         let Some(nearest) = report.classes.first().map(|share| usize::from(share.class)) else { return };
-        report.distance2 = self.class_distances.last(nearest).0;
+        report.distance2 = self.class_distances.last_distance2(nearest);
         if let Some(trust_limits) = database.trust_limits(nearest).filter(|limits| limits.far > 0.0) {
             report.distance_ratio = report.distance2 / trust_limits.far;
         }
@@ -252,7 +246,8 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             return false;
         }
         observer.stage(Stage::Search);
-        let limits = places::Limits { distance2: self.class_distances.last(class).0, follow: config.follow };
+        let limits =
+            places::Limits { distance2: self.class_distances.last_distance2(class), follow: config.follow };
         let jumped = self.places.follow(database, class, metric, limits, &mut self.rows, report);
         observer.stage(Stage::Rest);
         jumped
