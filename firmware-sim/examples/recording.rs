@@ -5,14 +5,15 @@
 
 use anyhow::{Context, Result, bail};
 use gestus_core::Database;
-use gestus_firmware_sim::{board::command::LONG, recording::Recording};
+use gestus_firmware_sim::{board::command::LONG_CHANGE, recording::Recording};
 
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [db, frames, file] = arguments.as_slice() else { bail!("usage: recording DB.gestus FRAMES FILE") };
     let blob = std::fs::read(db).with_context(|| format!("{db} can't be read"))?;
     let database = Database::open(&blob).map_err(|e| anyhow::anyhow!("{db}: {e}"))?;
-    let recording = Recording::long(&database, frames.parse().context("FRAMES is not a number")?, LONG.1);
+    let frames = frames.parse().context("FRAMES is not a number")?;
+    let recording = Recording::long(&database, frames, LONG_CHANGE);
     let digest = recording.digest(&database)?;
     std::fs::write(file, recording.to_bytes(digest)).with_context(|| format!("{file} can't be written"))?;
     println!("{digest:08x}");

@@ -7,15 +7,14 @@ use std::{collections::BTreeSet, fs, path::PathBuf};
 
 use gestus_core::Database;
 use gestus_firmware_sim::{
-    board::command::{LONG, LONG_BLOB},
+    board::command::{LONG_BLOB, LONG_CHANGE, LONG_FRAMES},
     recording::Recording,
 };
 
 #[test]
 fn the_long_stream_has_its_digest() {
     let database = Database::open(LONG_BLOB).unwrap();
-    let (frames, change) = LONG;
-    let recording = Recording::long(&database, frames, change);
+    let recording = Recording::long(&database, LONG_FRAMES, LONG_CHANGE);
     assert_eq!(recording.frames.len(), 10_000);
     // The stream contains mixes of styles, labels of every kind, and invalid poses.
     let settings: BTreeSet<String> = recording.frames.iter().map(|(s, _)| format!("{s:?}")).collect();
@@ -25,7 +24,7 @@ fn the_long_stream_has_its_digest() {
     assert_eq!(labels.len(), 4, "labelled in every way, and not at all");
     assert!(recording.frames.iter().any(|(_, pose)| pose.position[1].is_nan()));
 
-    let digest = format!("{frames} frames, digest {:08x}\n", recording.digest(&database).unwrap());
+    let digest = format!("{LONG_FRAMES} frames, digest {:08x}\n", recording.digest(&database).unwrap());
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("golden/long-stream.txt");
     if std::env::var_os("GESTUS_RECORD").is_some() {
         fs::write(&path, &digest).unwrap();

@@ -18,14 +18,15 @@ pub fn positions<const J: usize>(
     parts: f32,
     positions: &mut [Point; J],
 ) {
-    place(database, (pose.position, &pose.rotations), parts, &mut [IDENTITY; J], positions);
+    place(database, pose.position, &pose.rotations, parts, &mut [IDENTITY; J], positions);
 }
 
 /// The same, whatever the capacity; `world` is room for the joints' orientations.
 #[inline(never)]
 fn place(
     database: &Database<'_>,
-    (root, rotations): (Vector, &[Quaternion]),
+    root: Vector,
+    rotations: &[Quaternion],
     parts: f32,
     world: &mut [Quaternion],
     positions: &mut [Point],

@@ -116,7 +116,8 @@ impl Jump {
     /// is where it was expected; `gesture` is the action of a class, `None` for gaits.
     pub fn follow(
         &mut self,
-        (first, seconds): (bool, f32),
+        first: bool,
+        seconds: f32,
         shares: &[Share],
         elsewhere: f32,
         gesture: impl Fn(usize) -> Option<u16>,
@@ -222,7 +223,7 @@ mod tests {
         let gesture = |class| [None, None, Some(7), Some(7), Some(8)][class];
         let mut jump = Jump { left: 1.0, nearest: 4 };
         let mut follow = |first, class, proportion, elsewhere| {
-            jump.follow((first, 0.1), &[Share { class, proportion }], elsewhere, gesture)
+            jump.follow(first, 0.1, &[Share { class, proportion }], elsewhere, gesture)
         };
         assert_eq!(follow(true, 0, 0.5, 0.0), 0.0, "a stream begins");
         assert_eq!(follow(false, 1, 0.9, 0.0), 0.0, "another gait");

@@ -61,6 +61,16 @@ pub(crate) struct Trust {
     speeds: [f32; 2],
 }
 
+/// How near a frame's input is to the database.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Judged {
+    /// The nearest class, if the method reports one.
+    pub class: Option<usize>,
+    /// The frame's squared distance over the class's limit; 0 if the method has none.
+    pub ratio: f32,
+}
+
 /// No range of speeds: the least is above the greatest. Smaller than an `Option`.
 const UNREAD: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
 
@@ -77,16 +87,16 @@ impl Trust {
 
     /// Measures a frame of length `seconds`, and updates `passed`, the part of the input that is passed through, 0 to 1.
     ///
-    /// `class` is the nearest class, if the method reports one; `ratio` the frame's squared distance over the class's limit,
-    /// 0 if the method has none; `velocity` that of the root over the ground, forward and left, m/s; and `max_ratio`
+    /// `velocity` is that of the root over the ground, forward and left, m/s, and `max_ratio`
     /// [`Config::trust`](crate::Config::trust).
     #[inline(never)]
     pub fn update(
         &mut self,
         database: &Database<'_>,
-        (class, ratio): (Option<usize>, f32),
+        Judged { class, ratio }: Judged,
         velocity: [f32; 2],
-        (max_ratio, seconds): (f32, f32),
+        max_ratio: f32,
+        seconds: f32,
         passed: &mut f32,
     ) {
         self.age_s = clamp(self.age_s + seconds, -LEAD_S, SMOOTHED_S);

@@ -59,6 +59,15 @@ struct Side<'m> {
     ankle: f32,
 }
 
+/// A joint of one of them.
+struct SideJoint {
+    parent: Option<usize>,
+    /// Its place in a limb, as [`joint::SEGMENT`] has it.
+    segment: usize,
+    /// Position in the parent's frame, metres.
+    offset: Vector,
+}
+
 /// World orientations and positions of a skeleton's joints.
 struct World<const J: usize> {
     orientations: [Quaternion; J],
@@ -157,19 +166,20 @@ struct Pair {
 }
 
 impl Side<'_> {
-    /// Parent, segment and offset of a joint.
-    fn joint(&self, index: usize) -> (Option<usize>, usize, Vector) {
+    /// Joint `index`.
+    fn joint(&self, index: usize) -> SideJoint {
         let bytes = Record::of(self.skeleton, index, joint::LENGTH);
         let parent = bytes.u8(joint::PARENT);
         let parent = (parent != u8::MAX).then_some(usize::from(parent));
-        (parent, usize::from(bytes.u8(joint::SEGMENT)), bytes.floats(joint::OFFSET))
+        let segment = usize::from(bytes.u8(joint::SEGMENT));
+        SideJoint { parent, segment, offset: bytes.floats(joint::OFFSET) }
     }
 
     /// Forward kinematics.
     fn world<const J: usize>(&self, pose: &Pose<J>) -> World<J> {
         let mut world = World { orientations: [IDENTITY; J], positions: [pose.position; J] };
         for (j, &rotation) in pose.rotations.iter().enumerate().take(self.joints) {
-            let (parent, _, offset) = self.joint(j);
+            let SideJoint { parent, offset, .. } = self.joint(j);
             let (turn, place) = match parent.and_then(|p| world.at(p)) {
                 Some((turn, place)) => {
                     (quaternion::multiply(turn, rotation), add(place, quaternion::rotate(turn, offset)))
@@ -227,7 +237,7 @@ fn convert<const A: usize, const B: usize>(
         let bytes = Record::of(to.records, j, record::LENGTH);
         let turns =
             |i: usize| -> Quaternion { bytes.floats(record::TURNS.start + 16 * i..record::TURNS.end) };
-        let (parent, _, _) = to.joint(j);
+        let parent = to.joint(j).parent;
         let turn = if bytes.u8(record::KIND) == record::FOLLOW {
             let follow = |i: usize| {
                 let joint = usize::from(bytes.u8(record::FROM.start + i));
@@ -253,9 +263,8 @@ fn convert<const A: usize, const B: usize>(
     let across = hips.next().zip(hips.next()).map(|(left, right)| subtract(left, right));
     let mut bends = [[IDENTITY; 2]; layout::MAX_LIMBS];
     for (bend, pair) in bends.iter_mut().zip(limbs.iter().flatten()) {
-        let ends = |w: &dyn Fn(usize) -> Vector, [a, b, c]: [usize; 3]| [w(a), w(b), w(c)];
-        let source_limb = ends(&|j| source.position(j), pair.from);
-        let target_limb = ends(&|j| world.position(j), pair.to);
+        let source_limb = pair.from.map(|j| source.position(j));
+        let target_limb = pair.to.map(|j| world.position(j));
         let goal = if pair.arm {
             limb::scaled_reach(source_limb, target_limb)
         } else {
@@ -272,7 +281,7 @@ fn convert<const A: usize, const B: usize>(
 
     // 4. Local rotations.
     for (j, stay) in stays.iter().enumerate().take(to.joints) {
-        let (parent, segment, _) = to.joint(j);
+        let SideJoint { parent, segment, .. } = to.joint(j);
         let before = parent.map(|p| world.orientation(p));
         if let Some(local) = *stay {
             let turn = quaternion::multiply(before.unwrap_or(IDENTITY), local);
@@ -297,7 +306,7 @@ fn convert<const A: usize, const B: usize>(
 /// Computes the joints' positions from their orientations.
 fn set_positions<const B: usize>(side: &Side<'_>, world: &mut World<B>, root: Vector) {
     for j in 0..side.joints.min(B) {
-        let (parent, _, offset) = side.joint(j);
+        let SideJoint { parent, offset, .. } = side.joint(j);
         let at = match parent.and_then(|p| world.at(p)) {
             Some((turn, from)) => add(from, quaternion::rotate(turn, offset)),
             None => root,

@@ -3,14 +3,24 @@
 /// Number of poses in a row, all out of order, after which the sender's counter counts as restarted.
 pub(super) const RESTARTED: u8 = 8;
 
+/// Poses out of order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+struct Rejected {
+    /// Number of the last one.
+    number: u32,
+    /// How many came in a row.
+    count: u8,
+}
+
 /// The state of fault handling between frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct FaultState {
     /// Number of the last input that was a valid pose, whether it was accepted or a glitch.
     pub number: Option<u32>,
-    /// Number of the last pose that was out of order, and how many such poses came in a row.
-    rejected: (u32, u8),
+    /// The poses that came out of order.
+    rejected: Rejected,
     /// Frames from the last accepted input to this one, by their numbers.
     pub gap: u16,
     /// Glitches since the last accepted input.
@@ -25,7 +35,15 @@ pub(super) struct FaultState {
 
 impl FaultState {
     pub const fn new() -> Self {
-        Self { number: None, rejected: (0, 0), gap: 1, leaps: 0, speed: None, blend_back_s: 0.0, stands: 0 }
+        Self {
+            number: None,
+            rejected: Rejected { number: 0, count: 0 },
+            gap: 1,
+            leaps: 0,
+            speed: None,
+            blend_back_s: 0.0,
+            stands: 0,
+        }
     }
 
     /// Frames from the last accepted input to this one: by their numbers, or by the glitches between them.
@@ -41,17 +59,18 @@ impl FaultState {
         // Numbers wrap. The shorter way around decides which is later.
         match number.wrapping_sub(last) {
             0 | 0x8000_0000.. => {
-                let (before, count) = self.rejected;
+                let Rejected { number: before, count } = self.rejected;
                 let follows = count > 0 && (1..=u32::from(RESTARTED)).contains(&number.wrapping_sub(before));
-                self.rejected = (number, if follows { count.saturating_add(1) } else { 1 });
-                if self.rejected.1 < RESTARTED {
+                let count = if follows { count.saturating_add(1) } else { 1 };
+                self.rejected = Rejected { number, count };
+                if count < RESTARTED {
                     return None;
                 }
-                self.rejected.1 = 0;
+                self.rejected.count = 0;
                 Some(1)
             }
             gap => {
-                self.rejected.1 = 0;
+                self.rejected.count = 0;
                 Some(u16::try_from(gap).unwrap_or(u16::MAX))
             }
         }

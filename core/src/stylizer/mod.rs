@@ -35,7 +35,7 @@ use crate::{
         joint_range,
         speed_limit::SpeedLimit,
         stillness::Stillness,
-        trust::Trust,
+        trust::{Judged, Trust},
     },
     stylizer::style_mix::Settings,
 };
@@ -185,9 +185,9 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         let x = self.signals.x.as_flattened();
         let velocity = [dof::FORWARD, dof::LEFT].map(|d| x.get(d).copied().unwrap_or(0.0));
         let class = report.classes.first().map(|share| usize::from(share.class));
-        let seen = (class, report.distance_ratio);
-        let limits = (self.config.trust, 1.0 / self.database.rate_hz());
-        self.trust.update(&self.database, seen, velocity, limits, &mut self.settings.passed);
+        let judged = Judged { class, ratio: report.distance_ratio };
+        let (max_ratio, seconds) = (self.config.trust, 1.0 / self.database.rate_hz());
+        self.trust.update(&self.database, judged, velocity, max_ratio, seconds, &mut self.settings.passed);
         report.passed = self.settings.passed;
         report.degraded.set(Degraded::FAR, report.passed >= 0.5);
     }

@@ -77,7 +77,7 @@ pub unsafe extern "C" fn gestus_database_open(
     database: *mut *mut GestusDatabase,
 ) -> GestusStatus {
     // SAFETY: the caller's contract is passed on.
-    status(unsafe { open(memory, bytes, (blob, blob_bytes), 0, detail, database) })
+    status(unsafe { open(memory, bytes, blob, blob_bytes, 0, detail, database) })
 }
 
 /// Opens a blob as `gestus_database_open` does, but without checking what is in it where `mark` is that of the blob
@@ -100,7 +100,7 @@ pub unsafe extern "C" fn gestus_database_open_marked(
     database: *mut *mut GestusDatabase,
 ) -> GestusStatus {
     // SAFETY: the caller's contract is passed on.
-    status(unsafe { open(memory, bytes, (blob, blob_bytes), mark, detail, database) })
+    status(unsafe { open(memory, bytes, blob, blob_bytes, mark, detail, database) })
 }
 
 /// Writes the mark of a database, which is checked, to `*mark`: to be stored, for `gestus_database_open_marked`.
@@ -124,7 +124,8 @@ pub unsafe extern "C" fn gestus_database_mark(
 unsafe fn open(
     memory: *mut c_void,
     bytes: usize,
-    (blob, blob_bytes): (*const u8, usize),
+    blob: *const u8,
+    blob_bytes: usize,
     mark: u64,
     detail: *mut GestusBlobDetail,
     database: *mut *mut GestusDatabase,

@@ -10,7 +10,7 @@ use crate::{
     handle::{Cell, close, kind_of},
     memory::{self, Region, disjoint},
     pose,
-    profile::{AnyStylizer, GestusProfile, LARGE, Large, SMALL, STANDARD, Small, Standard},
+    profile::{self, AnyStylizer, GestusProfile, Large, Small, Standard},
     status::{GestusStatus, StatusResult, status},
 };
 
@@ -77,17 +77,23 @@ pub unsafe extern "C" fn gestus_stylizer_init(
             // SAFETY: `own` is aligned and long enough for this profile, and overlaps nothing that is read here.
             #[cfg(feature = "standard")]
             GestusProfile::Standard => unsafe {
-                make::<{ STANDARD[0] }, { STANDARD[1] }, { STANDARD[2] }>(memory, profile, blob, db, config)
+                make::<{ profile::STANDARD[0] }, { profile::STANDARD[1] }, { profile::STANDARD[2] }>(
+                    memory, profile, blob, db, config,
+                )
             },
             // SAFETY: as above.
             #[cfg(feature = "small")]
             GestusProfile::Small => unsafe {
-                make::<{ SMALL[0] }, { SMALL[1] }, { SMALL[2] }>(memory, profile, blob, db, config)
+                make::<{ profile::SMALL[0] }, { profile::SMALL[1] }, { profile::SMALL[2] }>(
+                    memory, profile, blob, db, config,
+                )
             },
             // SAFETY: as above.
             #[cfg(feature = "large")]
             GestusProfile::Large => unsafe {
-                make::<{ LARGE[0] }, { LARGE[1] }, { LARGE[2] }>(memory, profile, blob, db, config)
+                make::<{ profile::LARGE[0] }, { profile::LARGE[1] }, { profile::LARGE[2] }>(
+                    memory, profile, blob, db, config,
+                )
             },
             #[cfg(not(all(feature = "standard", feature = "small", feature = "large")))]
             _ => Err(GestusStatus::Profile),

@@ -32,8 +32,10 @@ use super::{
 };
 use crate::{clip_args::StreamArgs, link::command::RobotArgs, recording::Recording};
 
-/// Frames of the long stream, and frames between two changes of its settings.
-pub const LONG: (usize, usize) = (10_000, 250);
+/// Frames of the long stream.
+pub const LONG_FRAMES: usize = 10_000;
+/// Frames of the long stream between two changes of its settings.
+pub const LONG_CHANGE: usize = 250;
 /// Length of a generated clip, seconds.
 const SECONDS: f64 = 12.0;
 /// The database of the long stream: a small golden file, which is kept as long as its format version.
@@ -276,8 +278,8 @@ fn image_of(args: &BoardArgs, board: &Board, blob: &Path) -> Result<PathBuf> {
 fn long_streams(args: &BoardArgs, boards: &[&'static Board]) -> Result<Vec<Replayed>> {
     let path = image::target_folder().join("long-stream.gestus");
     let database = blob::open(&path, LONG_BLOB)?;
-    let (frames, change) = LONG;
-    let recording = Recording::long(&database, args.frames.map_or(frames, NonZero::get), change);
+    let frames = args.frames.map_or(LONG_FRAMES, NonZero::get);
+    let recording = Recording::long(&database, frames, LONG_CHANGE);
     let host_digest = recording.digest(&database)?;
     let file = image::write_flash(LONG_BLOB, &recording.to_bytes(host_digest), "long-stream.gestus")?;
     let images = boards.iter().map(|b| programs::replay_image(b)).collect::<Result<Vec<_>>>()?;

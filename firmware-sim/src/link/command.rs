@@ -177,14 +177,13 @@ pub fn run(args: &LinkArgs) -> Result<()> {
             let noise = args.noise.unwrap_or_default();
             with_board(database, request.config, robot, |board| {
                 let mut line = Loopback::new(board, noise);
-                let outcome =
-                    stream_clip((args, clip), &mut line, twin, (&database, robot), &input, &request);
+                let outcome = stream_clip(args, clip, &mut line, twin, (&database, robot), &input, &request);
                 let [there, back] = line.fault_counts();
                 note(format_args!("faults on the way to the board: {there}; on the way back: {back}"));
                 outcome
             })?
         } else {
-            stream_clip((args, clip), line::open(&args.port)?, twin, (&database, robot), &input, &request)
+            stream_clip(args, clip, line::open(&args.port)?, twin, (&database, robot), &input, &request)
         }
     })?;
     outcome.with_context(|| args.port.clone())
@@ -204,7 +203,8 @@ fn probe(args: &LinkArgs) -> Result<()> {
 }
 
 fn stream_clip<'t, L: Line>(
-    (args, clip): (&LinkArgs, &ClipArgs),
+    args: &LinkArgs,
+    clip: &ClipArgs,
     line: L,
     twin: &'t mut super::serve::BoardFn<'t>,
     (database, robot): (&Database<'_>, Option<Robot<'_>>),

@@ -91,7 +91,7 @@ impl<const J: usize> Settled<J> {
         }
         let (is_gait, shares) = (|class| database.is_gait(class), &context.report.classes);
         let gesture = |class| (!is_gait(class)).then(|| database.class(class).action);
-        let jump = self.jump.follow((first, seconds), shares, f32::from(u8::from(has_jumped)), gesture);
+        let jump = self.jump.follow(first, seconds, shares, f32::from(u8::from(has_jumped)), gesture);
         let spring = Spring::new(seconds, config.settle_s, jump, shares, is_gait);
         if first { spring.at_rest() } else { spring }
     }

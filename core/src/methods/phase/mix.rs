@@ -110,7 +110,8 @@ impl<'a, 'db> Mix<'a, 'db> {
         tables: &PhaseTables<'_>,
         point: CyclePoint,
         weight: f32,
-        (settings, mix): (&Settings, usize),
+        settings: &Settings,
+        mix: usize,
     ) {
         self.pair.iter_mut().zip(&*self.base).for_each(|(pair, &base)| *pair = base);
         add(tables, tables.parts().output, point, self.pair);

@@ -53,7 +53,7 @@ impl<const J: usize> Settled<J> {
         let seconds = 1.0 / database.rate_hz();
         let is_gait = |class| database.phase_tables(class).is_cyclic;
         let gesture = |class| (!is_gait(class)).then(|| database.class(class).action);
-        let jump = self.jump.follow((first, seconds), shares, elsewhere, gesture);
+        let jump = self.jump.follow(first, seconds, shares, elsewhere, gesture);
         if first {
             self.steps = [[0; 3]; J];
             return;

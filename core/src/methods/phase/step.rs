@@ -325,7 +325,7 @@ impl<const J: usize, const C: usize> Phase<J, C> {
                         .filter(|_| style != usize::from(labels.style))
                         .map(|class| database.phase_tables(class));
                     if let Some(output) = &output {
-                        mixed.add_output(output, point, weight, (settings, mix));
+                        mixed.add_output(output, point, weight, settings, mix);
                     }
                     if mix != root_mix {
                         continue;

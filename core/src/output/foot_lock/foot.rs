@@ -66,6 +66,24 @@ pub struct Tuning {
     pub ease_s: f32,
 }
 
+/// How far held feet slide in the prediction.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Slide {
+    /// Sum of their ways along x, metres.
+    pub x: f32,
+    /// Number of feet.
+    pub feet: f32,
+    /// Sum of their ways along z, metres.
+    pub z: f32,
+}
+
+impl Slide {
+    /// Adds another foot, or none.
+    pub fn add(&mut self, other: Self) {
+        *self = Self { x: self.x + other.x, feet: self.feet + other.feet, z: self.z + other.z };
+    }
+}
+
 /// The state of a foot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -112,9 +130,7 @@ impl Foot {
     pub fn is_held(&self) -> bool {
         matches!(self.phase, Phase::Heel | Phase::Toe)
     }
-}
 
-impl Foot {
     /// Rolls the sole: moves the carrying joint of a standing foot over its point of contact. Called before
     /// [`advance`](Self::advance).
     #[inline(never)]
@@ -134,7 +150,7 @@ impl Foot {
     /// Advances by a frame: foot-down, hold, roll from heel to toes, foot-up, or ease out.
     ///
     /// `over` are the heights of ankle and toes over those at which they stand, metres. Returns how far a foot that was held
-    /// before slides in the prediction, `[x, 1, z]`, metres; zeros for other feet.
+    /// before slides in the prediction; no slide for other feet.
     #[inline]
     pub fn advance(
         &mut self,
@@ -144,10 +160,10 @@ impl Foot {
         step_s: f32,
         tuning: Tuning,
         hip_drop: f32,
-    ) -> Vector {
+    ) -> Slide {
         let (phase, [x, _, z]) = (self.phase, self.offset);
         self.is_leaving = false;
-        let mut slid = [0.0; 3];
+        let mut slid = Slide::default();
         if !self.is_held() {
             self.ease(step_s, tuning.ease_s);
             // A stepping foot has to come down first.
@@ -173,7 +189,7 @@ impl Foot {
         }
         if self.is_held() {
             self.update_offset(chain, over, step_s);
-            let moved = [self.offset[0] - x, 1.0, self.offset[2] - z];
+            let moved = Slide { x: self.offset[0] - x, feet: 1.0, z: self.offset[2] - z };
             if self.phase == phase {
                 slid = moved;
             }
@@ -191,7 +207,7 @@ impl Foot {
                 self.release(Phase::Step, hip_drop);
             } else {
                 let slowest = ELSEWHERE_SPEED * step_s;
-                let stands = moved[0] * moved[0] + moved[2] * moved[2] < slowest * slowest;
+                let stands = moved.x * moved.x + moved.z * moved.z < slowest * slowest;
                 let elsewhere = stands && off2 > ELSEWHERE_M * ELSEWHERE_M;
                 self.age_s = if elsewhere { self.age_s + step_s } else { 0.0 };
             }

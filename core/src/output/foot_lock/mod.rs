@@ -37,8 +37,8 @@ pub(crate) use foot::lowest;
 pub use foot::{Tuning, held_fraction};
 
 use self::{
-    foot::{DEEPEST_M, Foot, Phase, depth_correction, heights_over_floor, lower_of, reach},
-    root::RootShift,
+    foot::{DEEPEST_M, Foot, Phase, Slide, depth_correction, heights_over_floor, lower_of, reach},
+    root::{RootShift, Standing},
 };
 use crate::{
     blob::{Database, layout::MAX_JOINTS},
@@ -127,15 +127,17 @@ impl Lock {
             *stands = *stands && least < MAX_STANDING_M && over > -DEEPEST_M;
         }
         let stands = contacts.map(|stands| stands && tuning.on);
-        let standing =
-            [(left, &chains[0], self.floor[0], stands[0]), (right, &chains[1], self.floor[1], stands[1])];
-        self.root.lift(standing, step_s, tuning.on);
-        let mut slid = [0.0; 3];
+        let standing = [
+            Standing { leg: left, chain: &chains[0], floor_m: self.floor[0], stands: stands[0] },
+            Standing { leg: right, chain: &chains[1], floor_m: self.floor[1], stands: stands[1] },
+        ];
+        self.root.update_lift(standing, step_s, tuning.on);
+        let mut slid = Slide::default();
         let feet = self.feet.iter_mut().zip(self.floor.iter().zip(stands));
         for ((foot, (&floor, stands)), (leg, chain)) in feet.zip(legs.iter().zip(&chains)) {
             let over = heights_over_floor(leg, chain, floor - self.root.lift);
             foot.roll(leg, chain);
-            slid = add(slid, foot.advance(chain, over, stands, step_s, tuning, self.root.hip_drop));
+            slid.add(foot.advance(chain, over, stands, step_s, tuning, self.root.hip_drop));
         }
         // One foot at a time.
         if self.feet.iter().all(|foot| foot.phase != Phase::Step) {
@@ -145,10 +147,10 @@ impl Lock {
         for (stands, foot) in contacts.iter_mut().zip(&self.feet) {
             *stands = *stands && foot.phase != Phase::Step && !foot.is_leaving;
         }
-        let way = self.root.start(slid, step_s);
+        let way = self.root.follow_feet(slid, step_s);
         self.root.move_on_ground(&mut self.feet, way, &mut pose.position);
         if self.root.drop_hips(&self.feet, &chains, step_s) {
-            let way = self.root.out_of_reach(&self.feet, &chains, step_s);
+            let way = self.root.way_into_reach(&self.feet, &chains, step_s);
             self.root.move_on_ground(&mut self.feet, way, &mut pose.position);
         }
         let feet = self.feet.iter().zip(&self.floor);

@@ -1,7 +1,7 @@
 //! How the foot lock moves the root: it follows the feet over the ground and in height, and the hips drop where a held foot
 //! stretches its leg.
 
-use super::foot::{Foot, heights_over_floor, lower_of, reach};
+use super::foot::{Foot, Slide, heights_over_floor, lower_of, reach};
 use crate::{
     blob::Leg,
     body::two_bone_ik::Chain,
@@ -25,6 +25,15 @@ const HIP_DROP_S: f32 = 0.15;
 const HIP_DROP_SPEED: f32 = 0.5;
 /// Greatest speed with which held feet pull the root over the ground, m/s.
 const PULL_SPEED: f32 = 2.0;
+
+/// A leg, and whether it stands.
+pub(super) struct Standing<'a> {
+    pub leg: &'a Leg,
+    pub chain: &'a Chain,
+    /// Height of the floor under its foot, metres.
+    pub floor_m: f32,
+    pub stands: bool,
+}
 
 /// What the lock adds to the predicted root, and its state between frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,17 +66,17 @@ impl RootShift {
 
     /// How far the root has to move in this frame so that it follows its feet, x and z, metres.
     ///
-    /// `slid` is how far held feet slide in the prediction: `[sum of x, number of feet, sum of z]`. The root follows all of
-    /// the slide in the first frame, half in the second, and none after [`START_S`]: at the start nothing better is known.
-    pub fn start(&mut self, slid: Vector, step_s: f32) -> [f32; 2] {
-        let [x, count, z] = slid;
-        if count == 0.0 || self.stood_s >= START_S {
+    /// The root follows all of the slide in the first frame, half in the second, and none after [`START_S`]: at the start
+    /// nothing better is known.
+    pub fn follow_feet(&mut self, slid: Slide, step_s: f32) -> [f32; 2] {
+        let Slide { x, feet, z } = slid;
+        if feet == 0.0 || self.stood_s >= START_S {
             return [0.0; 2];
         }
         self.stood_s = clamp(self.stood_s + step_s, 1e-3, START_S);
         let part = clamp(step_s / self.stood_s, 0.0, 1.0);
         let most = PULL_SPEED * step_s;
-        [x, z].map(|way| part * clamp(way / count, -most, most))
+        [x, z].map(|way| part * clamp(way / feet, -most, most))
     }
 
     /// Moves the root on the ground by x and z, metres; held feet stay in place.
@@ -80,11 +89,11 @@ impl RootShift {
     }
 
     /// Moves the root's lift towards the mean height at which the standing feet are on the floor.
-    pub fn lift(&mut self, legs: [(&Leg, &Chain, f32, bool); 2], step_s: f32, on: bool) {
+    pub fn update_lift(&mut self, legs: [Standing<'_>; 2], step_s: f32, on: bool) {
         let (mut sum, mut count) = (0.0, 0.0);
-        for (leg, chain, floor, stands) in legs {
+        for Standing { leg, chain, floor_m, stands } in legs {
             if stands {
-                sum -= lower_of(heights_over_floor(leg, chain, floor));
+                sum -= lower_of(heights_over_floor(leg, chain, floor_m));
                 count += 1.0;
             }
         }
@@ -117,7 +126,7 @@ impl RootShift {
     }
 
     /// How far the root has to move on the ground, x and z, metres, so that held feet are within reach after the drop.
-    pub fn out_of_reach(&self, feet: &[Foot; 2], chains: &[Chain; 2], step_s: f32) -> [f32; 2] {
+    pub fn way_into_reach(&self, feet: &[Foot; 2], chains: &[Chain; 2], step_s: f32) -> [f32; 2] {
         let mut way = [0.0; 2];
         for (foot, chain) in feet.iter().zip(chains).filter(|(foot, _)| foot.is_held()) {
             let hip = add(chain.hip, [way[0], self.hip_drop, way[1]]);
