@@ -65,7 +65,8 @@ impl Degraded {
         self.0
     }
 
-    pub(crate) fn set(&mut self, other: Self, value: bool) {
+    /// Adds the flags of `other` if `value` is true.
+    pub(crate) fn add_if(&mut self, value: bool, other: Self) {
         if value {
             self.0 |= other.0;
         }

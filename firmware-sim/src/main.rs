@@ -51,8 +51,8 @@ const BUILT_WITH: &[&str] =
     &["name", "all", "build", "defmt", "robot", "micromath", "stack_sizes", "least", "methods", "json"];
 
 /// Options, by their commands, that make the command do something else, with the options that still have an effect then.
-/// All others are refused beside them. Clap's `requires` does not do it: it holds no more where the required option
-/// conflicts with one that is given.
+/// All others are refused beside them. Clap's `requires` does not do it: Clap drops it if the required option conflicts
+/// with one that is given.
 const APART: [(&str, &str, &[&str]); 7] = [
     ("link", "probe", &["port", "timeout", "repeats", "json"]),
     ("board", "build", BUILT_WITH),

@@ -11,7 +11,6 @@ use std::{f64::consts::TAU, sync::Arc};
 use gestus_core::{
     Database,
     blob::{crc::crc32c, layout::section},
-    retarget::fingerprint,
     robot::{
         Robot,
         layout::{self, group, header, hinge, joint},
@@ -83,7 +82,7 @@ fn robot(database: &Database<'_>, skeleton: &Skeleton) -> Vec<u8> {
     put(header::TARGETS.start, &(joints as u16).to_le_bytes());
     put(header::GROUPS.start, &1u16.to_le_bytes());
     put(header::TOTAL.start, &(layout::total(joints, 1, 1, 0) as u32).to_le_bytes());
-    put(header::SKELETON.start, &fingerprint(database).to_le_bytes());
+    put(header::SKELETON.start, &database.skeleton_fingerprint().to_le_bytes());
     put(header::TICK.start, &0.02f32.to_le_bytes());
     put(header::BASE.start, &floats(&IDENTITY));
     let mut at = header::LENGTH;

@@ -81,9 +81,9 @@ pub(crate) fn check(section: u16, record: usize, fits: bool) -> Checked {
     if fits { Ok(()) } else { Err(BlobError::Value { section, record: saturating_u32(record) }) }
 }
 
-/// [`BlobError::Reserved`] unless the reserved bytes are `zero`.
-pub(crate) fn reserved(section: u16, zero: bool) -> Checked {
-    if zero { Ok(()) } else { Err(BlobError::Reserved { section }) }
+/// [`BlobError::Reserved`] unless the reserved bytes are zero.
+pub(crate) fn reserved(section: u16, is_zero: bool) -> Checked {
+    if is_zero { Ok(()) } else { Err(BlobError::Reserved { section }) }
 }
 
 /// [`BlobError::Length`] unless a section has the length that it needs.

@@ -26,16 +26,16 @@ const TABLE: [u32; 16] = {
     table
 };
 
-/// Words from the quotient's longest distance back, 8,032 bits.
+/// Length of a block in words: the longest distance of the quotient, 8,032 bits.
 const WORDS: usize = 251;
-/// As many bytes.
+/// The same in bytes.
 const BLOCK: usize = 4 * WORDS;
-/// The words whose last bit is 2,591 and whose last four bits are 6,108 before: as many words back, and one more.
+/// The shorter distances in whole words: 2,591 bits are 80 words and 31 bits, 6,108 bits are 190 words and 28 bits.
 const NEAR: usize = 80;
 const MIDDLE: usize = 190;
 /// Blocks from which on division pays.
 const LONG: usize = 4;
-/// Words that are divided in a row.
+/// Words per round of the unrolled loop.
 const STRIDE: usize = 10;
 
 /// Checksum of the pieces, as if they were one.
@@ -83,7 +83,7 @@ impl Crc32c {
     }
 
     /// Takes in many bytes.
-    pub fn add_all(&mut self, bytes: &[u8]) {
+    fn add_all(&mut self, bytes: &[u8]) {
         let (blocks, rest) = bytes.as_chunks::<BLOCK>();
         let rest = match blocks.split_last() {
             Some((last, blocks)) if blocks.len() + 1 >= LONG => {
@@ -97,7 +97,7 @@ impl Crc32c {
         rest.iter().for_each(|&byte| self.add(byte));
     }
 
-    /// Takes in blocks and one more, on 1 KB of stack.
+    /// Adds `blocks` and then `last`, on 1 KB of stack.
     #[inline(never)]
     fn add_blocks(&mut self, blocks: &[[u8; BLOCK]], last: &[u8; BLOCK]) {
         let mut quotient = [0; WORDS];

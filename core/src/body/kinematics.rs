@@ -6,7 +6,7 @@ use crate::{
     math::quaternion::{self, IDENTITY, Quaternion, Vector},
 };
 
-/// A point, in whole parts of a length.
+/// A point, in integer units of length.
 pub type Point = [i32; 3];
 
 /// World positions of the joints, shape `[joints]` (the first of `positions`; the rest is left alone), in parts of which

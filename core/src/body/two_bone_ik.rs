@@ -112,10 +112,10 @@ impl Chain {
     }
 }
 
-/// The unit axis about which a leg of those bones bends: its own if the knee is bent by [`BENT`] or more. The shin of a
-/// straight leg is only off its thigh as the bones are, often to one side: bent about that axis, the knee would go aside, now
-/// to the left and now to the right. The nearer a knee is to straight, or if it is bent a little backwards, the more it bends
-/// about `side`, a unit vector.
+/// The unit axis about which a leg of those bones bends: its own if the knee is bent by [`BENT`] or more. In a straight
+/// leg the small angle between shin and thigh is that of the skeleton, often sideways: a knee bent about its axis would go to
+/// one side, and to the other in the next frame. The nearer a knee is to straight, or if it is bent a little backwards, the
+/// more it bends about `side`, a unit vector.
 fn hinge(upper: Vector, lower: Vector, side: Vector) -> Vector {
     let inverse = 1.0 / sqrt(dot(upper, upper) * dot(lower, lower));
     let bend = cross(upper, lower).map(|v| v * inverse);
@@ -170,11 +170,6 @@ pub fn bend(
     let fold = quaternion::normalize([x, y, z, most * most + cos])?;
     let end = add(upper, rotate(fold, lower));
     Some([arc(end, wanted), fold])
-}
-
-/// Distance of two places, metres.
-pub fn distance(a: Vector, b: Vector) -> f32 {
-    norm(subtract(a, b))
 }
 
 /// The shortest rotation that takes the direction of `a` to that of `b`; none where there is no shortest one.

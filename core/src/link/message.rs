@@ -281,7 +281,7 @@ impl StepReport {
         };
         report.classes = first(self.classes.iter().map(|&(class, proportion)| Share { class, proportion }));
         for (flag, _) in Degraded::NAMES {
-            report.degraded.set(flag, self.degraded & u32::from(flag.bits()) != 0);
+            report.degraded.add_if(self.degraded & u32::from(flag.bits()) != 0, flag);
         }
         report
     }

@@ -1,11 +1,11 @@
-//! Whole numbers in place of fractions, for parts without an FPU: a product of two of them is a few instructions there, of
-//! two floats a hundred or more.
+//! Fixed-point arithmetic. On a processor without an FPU, an integer product takes a few instructions and a float product
+//! some fifty.
 
 /// Without an FPU by whole numbers; the bits are the same.
 #[cfg(feature = "soft-float")]
 pub use gestus_float::fixed::{from_fixed, to_fixed};
 
-/// `value · 2^bits`, without what is behind the point and held within 32 bits; 0 of NaN.
+/// `value · 2^bits`, truncated towards zero and clamped to 32 bits; 0 for NaN.
 #[cfg(not(feature = "soft-float"))]
 #[inline]
 pub fn to_fixed(value: f32, bits: i32) -> i32 {
@@ -25,7 +25,7 @@ pub fn power_of_two(bits: i32) -> f32 {
     f32::from_bits(((127 + bits) << 23) as u32)
 }
 
-/// How many bits the size of `value` takes; 0 of 0.
+/// Number of bits of the magnitude of `value`; 0 for 0 and -1.
 #[inline]
 pub fn bit_length(value: i32) -> i32 {
     (u32::BITS - (value ^ (value >> 31)).leading_zeros()) as i32
@@ -82,9 +82,9 @@ pub fn quotient(a: i64, b: u32) -> i32 {
     if a < 0 { quotient.wrapping_neg() } else { quotient }
 }
 
-/// `value` held within ±`most`.
+/// `value` clamped to ±`most`.
 #[inline]
-fn held(value: i64, most: i32) -> i32 {
+fn clamped(value: i64, most: i32) -> i32 {
     let low = value as i32;
     if i64::from(low) == value {
         low.max(-most).min(most)
@@ -95,13 +95,13 @@ fn held(value: i64, most: i32) -> i32 {
     }
 }
 
-/// A factor that is not negative, to multiply whole numbers with: 31 bits and a power of two.
+/// A non-negative factor for integers: a mantissa of 31 bits and a power of two.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Multiplier {
     /// In 2^30..2^31, or 0.
     mantissa: i32,
-    /// Of the last bit.
+    /// Exponent of the mantissa's last bit.
     power: i32,
 }
 
@@ -119,22 +119,22 @@ impl Multiplier {
         (self.mantissa, self.power)
     }
 
-    /// `value` times the factor, rounded down and held within 31 bits.
+    /// `value` times the factor, rounded down and clamped to 31 bits.
     #[inline]
     pub fn of(self, value: i32) -> i32 {
         let wide = i64::from(value) * i64::from(self.mantissa);
-        held(wide >> (-self.power).clamp(0, 63), i32::MAX)
+        clamped(wide >> (-self.power).clamp(0, 63), i32::MAX)
     }
 }
 
-/// Bits behind the point of what [`InverseSqrt`] takes: numbers below 1.
+/// Number of fractional bits of what [`InverseSqrt`] takes, which is below 1.
 pub const BITS: u32 = 29;
 
-/// The inverse square root of a positive number with [`BITS`] bits behind the point.
+/// The inverse square root of a positive number with [`BITS`] fractional bits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct InverseSqrt {
-    /// 1 to 2, with [`BITS`] bits behind the point.
+    /// 1 to 2, with [`BITS`] fractional bits.
     mantissa: i32,
     /// Power of two that the mantissa is multiplied by.
     power: u32,
@@ -152,10 +152,10 @@ impl InverseSqrt {
         // A line, 9% off at most; Newton's r (3 - x r²) / 2 leaves 1.5 times the square of what one is off.
         let mut r = 34_734 - ((19_661 * x16) >> 16);
         r = (r * (3 * (1 << 14) - ((x16 * ((r * r) >> 14)) >> 16))) >> 15;
-        // Now with 15 bits behind the point.
+        // Now with 15 fractional bits.
         r = (r * (3 * (1 << 14) - ((x16 * ((r * r) >> 14)) >> 16))) >> 14;
         let r = r.min(u32::from(u16::MAX));
-        // 1 - x r² with 24 bits behind the point: it is small, and found from all bits of `x`.
+        // 1 - x r² with 24 fractional bits. It is small, so all bits of `x` are needed.
         let off = (1 << 24) - ((u64::from(x) * u64::from(r * r)) >> 35) as i32;
         Self { mantissa: ((r << 14) as i32) + ((r as i32 * off) >> 11), power }
     }
@@ -183,10 +183,10 @@ pub fn sqrt_wide(value: i32) -> i32 {
     product(value << ((2 * power) & 31), mantissa, BITS) >> (power & 31)
 }
 
-/// Bits behind the point of a fraction.
+/// Fractional bits of a [`Fraction`].
 const FRACTION_BITS: u32 = 31;
 
-/// A number from 0 to 1, to multiply whole numbers with.
+/// A number from 0 to 1, to multiply integers with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Fraction(i32);
@@ -203,10 +203,10 @@ impl Fraction {
         product(value, self.0, FRACTION_BITS)
     }
 
-    /// That part of `value` with `bits` bits behind the point, rounded down and clamped to 31 bits.
+    /// That part of `value`, with `bits` fractional bits, rounded down and clamped to 31 bits.
     #[inline]
     pub fn finely_of(self, value: i32, bits: u32) -> i32 {
-        held((i64::from(value) * i64::from(self.0)) >> (FRACTION_BITS - bits), i32::MAX)
+        clamped((i64::from(value) * i64::from(self.0)) >> (FRACTION_BITS - bits), i32::MAX)
     }
 }
 

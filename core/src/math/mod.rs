@@ -5,4 +5,6 @@ pub mod quaternion;
 mod scalar;
 pub(crate) mod vector;
 
+pub use vector::distance;
+
 pub use scalar::*;

@@ -150,7 +150,7 @@ pub(crate) fn about(axis: Vector, angle: f32) -> Quaternion {
     [axis[0] * s, axis[1] * s, axis[2] * s, c]
 }
 
-/// Normalises a quaternion; `None` if its length is 0, NaN or extreme.
+/// Normalises a quaternion; `None` if its squared length is outside 1e-6..1e6 or NaN.
 #[inline(never)]
 pub fn normalize(q: Quaternion) -> Option<Quaternion> {
     let length2 = squared(q);
@@ -328,7 +328,7 @@ fn logarithm_beyond(q: Fixed) -> Vector {
     inverse_length(unit).map_or([0.0; 3], |inverse| logarithm_of(unit, inverse))
 }
 
-/// Coefficients of `a / sin(a/2)`, with [`MAP`] bits behind the point.
+/// Coefficients of `a / sin(a/2)`, with [`MAP`] fractional bits.
 const F0: i32 = 2 << MAP;
 const F1: i32 = map_coefficient(0.666_670_4);
 const F2: i32 = map_coefficient(0.266_526_16);

@@ -26,7 +26,8 @@ pub fn exp(x: f32) -> f32 {
     expf(x)
 }
 
-/// What is left after some seconds of what decays with a time constant, `e^(-seconds / time)`; 0 where there is none.
+/// The part that is left after `seconds` of a decay with time constant `time`, both in seconds: `e^(-seconds / time)`; 0
+/// where `time` is 0.
 #[inline]
 pub fn decay(seconds: f32, time: f32) -> f32 {
     if time > 0.0 { exp(-seconds / time) } else { 0.0 }
@@ -65,7 +66,7 @@ pub fn atan2(y: f32, x: f32) -> f32 {
     atan2f(y, x)
 }
 
-/// `x` held between `low` and `high`.
+/// `x` clamped to `low` and `high`.
 #[inline]
 pub fn clamp(x: f32, low: f32, high: f32) -> f32 {
     if x < low {
@@ -89,7 +90,7 @@ pub fn maximum(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// Rises from 0 to 1 as `t` does, level at both ends; steepest in its middle, by 1.5.
+/// Rises from 0 to 1 as `t` does, level at both ends; steepest in its middle, with slope 1.5.
 #[inline]
 pub fn smoothstep(t: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)

@@ -35,6 +35,11 @@ pub(crate) fn norm(v: Vector) -> f32 {
     sqrt(dot(v, v))
 }
 
+/// Distance of two points.
+pub fn distance(a: Vector, b: Vector) -> f32 {
+    norm(subtract(a, b))
+}
+
 /// The direction of a vector: of length 1, or `None` where it has none.
 #[inline(never)]
 pub(crate) fn unit(v: Vector) -> Option<Vector> {

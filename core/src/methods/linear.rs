@@ -36,7 +36,7 @@ use crate::{
 };
 
 /// Greatest number of models that are blended.
-pub const MAX_MODELS: usize = 4;
+const MAX_MODELS: usize = 4;
 /// Squared distance of the furthest dof, in the model's variances, below which input is of the database's kind, whatever
 /// its style.
 const FAMILIAR_DISTANCE2: f32 = 33.0;
@@ -186,7 +186,7 @@ fn target_models(frame: Frame<'_, '_>, report: &mut Report) -> (TargetModels, f3
         cut |= target.is_full();
         insert(&mut target, MAX_MODELS, (model as u16, weight), |other| other.1 >= weight);
     }
-    report.degraded.set(Degraded::CLASSES, cut);
+    report.degraded.add_if(cut, Degraded::CLASSES);
     (target, input_weight)
 }
 

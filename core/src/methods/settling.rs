@@ -11,12 +11,12 @@
 //! y'    = y + e^(-Δt / τ) (y'_led - y)                 y: the prediction; y'_led: where the output of the frame before leads
 //! ```
 //!
-//! That output sets off at once, which is seen in an arm that falls from a wave. Where gestures take part, it keeps its
+//! Its velocity changes at once, which shows when an arm falls after a wave. Where gestures take part, the output keeps its
 //! velocity too, as a damped spring does that is pulled to the prediction. Its two time constants sum to τ:
 //!
 //! ```text
 //! τ  = time (ratio + 3/2 jump)                         jump: 1 after a [`Jump`], 0 after 0.3 s
-//! s  = 1/2 Σ p over the classes that are no gaits      0 of gaits, 1/2 of gestures
+//! s  = 1/2 Σ p over the classes that are not gaits     0 of gaits, 1/2 of gestures
 //! a  = e^(-Δt / ((1 - s) τ)),  b = e^(-Δt / (s τ))
 //! y' = y + (a + b - a b) (y'_led - y) + a b (w - v)    w: last step of the output, y'[t-1] - y'[t-2]; v: the one that leads
 //! ```
@@ -36,9 +36,9 @@ const JUMP_RATIO: f32 = 1.5;
 /// Time after which a jump no longer adds to the time, seconds.
 const JUMP_S: f32 = 0.3;
 /// Proportion from which on a class that is not the nearest jumps as much as the nearest.
-const WHOLE_JUMP: f32 = 1.0 / 3.0;
+const FULL_JUMP_SHARE: f32 = 1.0 / 3.0;
 /// Proportion above which a class is clearly the nearest.
-const CLEAR: f32 = 0.6;
+const MIN_CLEAR_SHARE: f32 = 0.6;
 
 /// A spring that pulls outputs to their predictions, as it acts in one frame. [`NONE`](Self::NONE) puts out the prediction.
 #[derive(Debug, Clone, Copy)]
@@ -53,7 +53,7 @@ impl Spring {
     /// A spring that leaves nothing of the past.
     pub const NONE: Self = Self { distance: 0.0, velocity: 0.0 };
 
-    /// The spring in a frame of `seconds`. `time` is in seconds, for classes that are no gaits; `shares` begins with the
+    /// The spring in a frame of `seconds`. `time` is in seconds, for classes that are not gaits; `shares` begins with the
     /// largest; `jump` is 1 where the body has jumped, and falls to 0.
     pub fn new(
         seconds: f32,
@@ -98,8 +98,8 @@ impl Spring {
     }
 }
 
-/// How long ago the body has jumped: where it is elsewhere in the clip of a class than the frames before lead to, where another
-/// class takes part, by its proportion, and where another action becomes clearly the nearest, unless both are gaits.
+/// How long ago the body jumped. A jump is a frame in which the body is elsewhere in a class's clip than the frames before led
+/// to, another class takes part (by its proportion), or another action becomes clearly the nearest, unless both are gaits.
 #[derive(Debug, Clone)]
 pub(super) struct Jump {
     /// 1 in the frame of a jump, then falls to 0.
@@ -112,8 +112,8 @@ impl Jump {
     /// Before the first frame.
     pub const NEW: Self = Self { left: 0.0, nearest: 0 };
 
-    /// The `jump` of the [`Spring`] of a frame of `seconds`. `elsewhere` is 1 if the body is elsewhere in the clip, 0 if it
-    /// is where it was expected; `gesture` is the action of a class, `None` for gaits.
+    /// Advances by a frame of `seconds` and returns the `jump` for [`Spring::new`]. `elsewhere` is 1 if the body is elsewhere
+    /// in the clip, 0 if it is where it was expected; `gesture` is the action of a class, `None` for gaits.
     pub fn follow(
         &mut self,
         first: bool,
@@ -124,7 +124,7 @@ impl Jump {
     ) -> f32 {
         let last = self.nearest;
         // Classes that share the weight take turns as the nearest, without a jump.
-        let clear = shares.first().filter(|share| first || share.proportion > CLEAR);
+        let clear = shares.first().filter(|share| first || share.proportion > MIN_CLEAR_SHARE);
         self.nearest = clear.map_or(last, |share| share.class);
         let is_another = gesture(usize::from(last)) != gesture(usize::from(self.nearest));
         let later = if first { 0.0 } else { after_jump(self.left, seconds) };
@@ -136,7 +136,7 @@ impl Jump {
     /// Notes a jump in a class with this proportion that is seen too late for the spring of its frame. What hardly takes part
     /// hardly moves the output.
     pub fn notice(&mut self, proportion: f32) {
-        self.left = maximum(self.left, clamp(proportion / WHOLE_JUMP, 0.0, 1.0));
+        self.left = maximum(self.left, clamp(proportion / FULL_JUMP_SHARE, 0.0, 1.0));
     }
 }
 

@@ -1,7 +1,7 @@
 //! From the predicted pose to the output: foot lock, speed limit, rest, timing and trust; and a cap on the cost of a frame.
 
 pub mod foot_lock;
-pub mod joint_range;
+pub(crate) mod joint_range;
 pub mod retime;
 pub mod speed_limit;
 pub mod stillness;

@@ -10,10 +10,10 @@
 //! y' = y + s (x + (y'[t-1] - x[t-1]) - y)      joints, tilt and height
 //! ```
 //!
-//! y and v are the output after strength. s approaches s* within [`SPEED_S`] for the root and [`POSTURE_S`] for the joints,
-//! and returns to 0 within [`RELEASE_S`]. A constant input gives a constant output, and a motion as small as breathing
-//! passes unchanged. After a change of style, strength, labels or mask the joints follow the prediction for another
-//! [`CHANGE_S`]. The prediction that is fed back to the method does not change.
+//! y and v are the output after strength. s approaches s* within 0.2 s for the root and 0.5 s for the joints, and returns to
+//! 0 within 0.2 s. A constant input gives a constant output, and a motion as small as breathing passes unchanged. After a
+//! change of style, strength, labels or mask the joints follow the prediction for another second. The prediction that
+//! is fed back to the method does not change.
 //!
 //! Cost: a comparison a frame; while the body stands, some operations a dof.
 
@@ -24,13 +24,13 @@ use crate::{
 };
 
 /// Time in which the root comes to rest, seconds.
-pub const SPEED_S: f32 = 0.2;
+const SPEED_S: f32 = 0.2;
 /// Time in which the joints come to rest, seconds.
-pub const POSTURE_S: f32 = 0.5;
+const POSTURE_S: f32 = 0.5;
 /// Time in which both return to the prediction, seconds.
-pub const RELEASE_S: f32 = 0.2;
+const RELEASE_S: f32 = 0.2;
 /// Time for which the joints still follow the prediction after a change of settings, seconds.
-pub const CHANGE_S: f32 = 1.0;
+const CHANGE_S: f32 = 1.0;
 /// Travel of the root that counts as much as one radian of a joint, metres.
 const METRES_PER_RADIAN: f32 = 0.2;
 /// Multiple of [`Config::still_speed`](crate::Config::still_speed) at which a body certainly moves.

@@ -170,7 +170,7 @@ fn by_distance(ratio: f32, limit: f32) -> f32 {
     2.0 * (ratio / limit - 1.0)
 }
 
-/// Least and greatest speed of all classes; [`UNREAD`] where the blob does not say them.
+/// Least and greatest speed of all classes; [`UNREAD`] where the blob does not store them.
 #[cold]
 #[inline(never)]
 fn all_speeds(database: &Database<'_>) -> [f32; 2] {

@@ -5,7 +5,7 @@ use crate::{
     body::two_bone_ik,
     math::{
         quaternion::{self, IDENTITY, Quaternion, Vector},
-        vector::{cross, dot, norm, subtract, unit},
+        vector::{cross, distance, dot, norm, subtract, unit},
     },
 };
 
@@ -18,7 +18,7 @@ const NO_BEND: f32 = 1e-4;
 /// Where the end of limb `target` has to be, relative to its beginning, to point as `source` does and be bent as much:
 /// the source's reach, scaled by length.
 pub fn scaled_reach(source: [Vector; 3], target: [Vector; 3]) -> Vector {
-    let length = |[a, b, c]: [Vector; 3]| two_bone_ik::distance(a, b) + two_bone_ik::distance(b, c);
+    let length = |[a, b, c]: [Vector; 3]| distance(a, b) + distance(b, c);
     let whole = length(source);
     let scale = if whole > 1e-6 { length(target) / whole } else { 0.0 };
     subtract(source[2], source[0]).map(|v| v * scale)

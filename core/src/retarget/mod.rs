@@ -26,7 +26,7 @@ mod validate;
 
 use crate::{
     ConfigError, Database,
-    blob::{crc::crc32c, read::Record},
+    blob::read::Record,
     body::pose::Pose,
     error::saturating_u16,
     math::{
@@ -104,7 +104,9 @@ impl<'m> Map<'m> {
             });
         }
         let head = Record(self.bytes);
-        if self.targets() != database.counts().joints || head.u32(header::SKELETON) != fingerprint(database) {
+        if self.targets() != database.counts().joints
+            || head.u32(header::SKELETON) != database.skeleton_fingerprint()
+        {
             return Err(ConfigError::OtherDatabase);
         }
         Ok(())
@@ -296,7 +298,7 @@ fn convert<const A: usize, const B: usize>(
             (None, None) => world.orientation(j),
         };
         if let Some(slot) = output.rotations.get_mut(j) {
-            // Rounding adds up over a chain of products: one normalization a frame keeps unit length.
+            // Rounding adds up over a chain of products: one normalisation a frame keeps unit length.
             *slot = quaternion::normalize(local).unwrap_or(IDENTITY);
         }
     }
@@ -317,7 +319,7 @@ fn set_positions<const B: usize>(side: &Side<'_>, world: &mut World<B>, root: Ve
     }
 }
 
-/// Normalized linear interpolation along the shorter arc. The two are neighbors in a spine, near enough for the chord.
+/// Normalised linear interpolation along the shorter arc. The two are neighbors in a spine, near enough for the chord.
 fn nlerp(a: Quaternion, b: Quaternion, t: f32) -> Quaternion {
     let dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
     let t_b = if dot < 0.0 { -t } else { t };
@@ -326,17 +328,6 @@ fn nlerp(a: Quaternion, b: Quaternion, t: f32) -> Quaternion {
         (1.0 - t) * a + t_b * b
     });
     quaternion::normalize(mixed).unwrap_or(a)
-}
-
-/// Identifies a skeleton: CRC-32C of the joints' parents and offsets. A map and a robot store that of their database.
-pub fn fingerprint(database: &Database<'_>) -> u32 {
-    // One checksum a joint, folded: no buffer of the skeleton's length.
-    (0..database.counts().joints).fold(0u32, |sum, j| {
-        let joint = database.joint(j);
-        let [x, y, z] = joint.offset.map(f32::to_le_bytes);
-        let parent = [joint.parent.and_then(|p| u8::try_from(p).ok()).unwrap_or(u8::MAX)];
-        crc32c(&[&sum.to_le_bytes(), &parent, &x, &y, &z])
-    })
 }
 
 const _: () = {

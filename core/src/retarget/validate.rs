@@ -40,7 +40,7 @@ impl<'m> Map<'m> {
 fn split(bytes: &[u8]) -> Result<Map<'_>, BlobError> {
     let head = ENVELOPE.open(bytes)?;
     ENVELOPE.sum(bytes, bytes.len())?;
-    zero(head.zero(header::RESERVED))?;
+    reserved(head.zero(header::RESERVED))?;
     let [sources, targets, limbs] =
         [header::SOURCES, header::TARGETS, header::LIMBS].map(|r| usize::from(head.u16(r)));
     let counted =
@@ -93,7 +93,7 @@ fn contents(map: &Map<'_>) -> Checked {
             let offset: [f32; 3] = bytes.floats(joint::OFFSET);
             let segment_fits = usize::from(bytes.u8(joint::SEGMENT)) <= 2 * limbs;
             check(number, parent_fits && segment_fits && offset.iter().all(near))?;
-            zero(bytes.zero(joint::RESERVED))?;
+            reserved(bytes.zero(joint::RESERVED))?;
         }
     }
     for (side, other) in [(&map.target, &map.source), (&map.source, &map.target)] {
@@ -108,7 +108,7 @@ fn contents(map: &Map<'_>) -> Checked {
                 && (0.0..=1.0).contains(&bytes.f32(record::WEIGHT))
                 && turns == [true; 2];
             check(number, fits)?;
-            zero(bytes.u8(record::RESERVED) == 0)?;
+            reserved(bytes.u8(record::RESERVED) == 0)?;
         }
     }
     for l in 0..limbs {
@@ -123,7 +123,7 @@ fn contents(map: &Map<'_>) -> Checked {
             && of(limb::TARGET.start, map.target.joints)
             && [limb::LEG, limb::ARM].contains(&bytes.u8(limb::KIND));
         check(number, fits)?;
-        zero(bytes.zero(limb::RESERVED))?;
+        reserved(bytes.zero(limb::RESERVED))?;
     }
     Ok(())
 }
@@ -132,6 +132,6 @@ fn check(record: usize, fits: bool) -> Checked {
     check::check(SECTION, record, fits)
 }
 
-fn zero(zero: bool) -> Checked {
-    check::reserved(SECTION, zero)
+fn reserved(is_zero: bool) -> Checked {
+    check::reserved(SECTION, is_zero)
 }

@@ -46,7 +46,7 @@ pub mod header {
     pub const TOTAL: Range<usize> = 20..24;
     /// CRC-32C, with these four bytes zero.
     pub const CRC: Range<usize> = 24..28;
-    /// CRC-32C of the database's skeleton, u32: see [`fingerprint`](crate::retarget::fingerprint).
+    /// CRC-32C of the database's skeleton, u32: see [`Database::skeleton_fingerprint`](crate::Database::skeleton_fingerprint).
     pub const SKELETON: Range<usize> = 28..32;
     /// Time between two ticks, seconds, f32.
     pub const TICK: Range<usize> = 32..36;

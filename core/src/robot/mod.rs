@@ -32,7 +32,6 @@ use crate::{
     blob::read::Record,
     error::saturating_u16,
     math::quaternion::{Quaternion, Vector},
-    retarget::fingerprint,
 };
 use hinges::Hinges;
 use layout::{group, header, hinge, joint, limb};
@@ -139,7 +138,7 @@ impl<'r> Robot<'r> {
             });
         }
         let known = Record(self.bytes).u32(header::SKELETON);
-        if self.joints() != database.counts().joints || known != fingerprint(database) {
+        if self.joints() != database.counts().joints || known != database.skeleton_fingerprint() {
             return Err(ConfigError::OtherDatabase);
         }
         Ok(())

@@ -42,7 +42,7 @@ impl<'r> Robot<'r> {
 fn split(bytes: &[u8]) -> Result<Robot<'_>, BlobError> {
     let head = ENVELOPE.open(bytes)?;
     ENVELOPE.sum(bytes, bytes.len())?;
-    zero(head.zero(header::RESERVED_1) && head.zero(header::RESERVED_2))?;
+    reserved(head.zero(header::RESERVED_1) && head.zero(header::RESERVED_2))?;
     let [joints, hinges, groups, limbs] =
         [header::TARGETS, header::HINGES, header::GROUPS, header::LIMBS].map(|r| usize::from(head.u16(r)));
     let counted = (2..=MAX_JOINTS).contains(&joints)
@@ -72,7 +72,7 @@ fn contents(robot: &Robot<'_>) -> Checked {
         let (parent, offset) = robot.joint(j);
         let parent_fits = if j == 0 { parent.is_none() } else { parent.is_some_and(|p| p < j) };
         check(number, parent_fits && offset.iter().all(near))?;
-        zero(Record::of(robot.joints, j, joint::LENGTH).zero(joint::RESERVED))?;
+        reserved(Record::of(robot.joints, j, joint::LENGTH).zero(joint::RESERVED))?;
     }
     for h in 0..robot.hinges() {
         number += 1;
@@ -84,7 +84,7 @@ fn contents(robot: &Robot<'_>) -> Checked {
             && robot.limits(h).is_valid()
             && robot.servo(h).is_valid();
         check(number, fits)?;
-        zero(Record::of(robot.hinges, h, hinge::LENGTH).zero(hinge::RESERVED))?;
+        reserved(Record::of(robot.hinges, h, hinge::LENGTH).zero(hinge::RESERVED))?;
     }
     let chained = |first: usize, last: usize| {
         (first + 1..=last).all(|h| h < robot.hinges() && robot.hinge(h).parent == Some(h - 1))
@@ -132,6 +132,6 @@ fn check(record: usize, fits: bool) -> Checked {
     check::check(SECTION, record, fits)
 }
 
-fn zero(zero: bool) -> Checked {
-    check::reserved(SECTION, zero)
+fn reserved(is_zero: bool) -> Checked {
+    check::reserved(SECTION, is_zero)
 }

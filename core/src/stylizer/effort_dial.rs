@@ -136,7 +136,7 @@ impl<'db> Dial<'db> {
 
     /// Contribution of a style to the Effort of a mix, as fitted to the measured Efforts of mixes.
     pub fn of_style(&self, style: usize) -> Effort {
-        let at = effort::styles() + style * effort::STYLE_LENGTH;
+        let at = effort::STYLES + style * effort::STYLE_LENGTH;
         Effort::new(core::array::from_fn(|k| f32_at(self.section, at + 4 * k)))
     }
 
@@ -227,8 +227,8 @@ mod tests {
     use super::*;
 
     /// Two styles, free and light and sustained, bound and strong and sudden, on a grid of 2 x 3 x 2.
-    fn section() -> [u8; effort::styles() + 24 + 24] {
-        let mut bytes = [0; effort::styles() + 24 + 24];
+    fn section() -> [u8; effort::STYLES + 24 + 24] {
+        let mut bytes = [0; effort::STYLES + 24 + 24];
         let nodes: [u16; 3] = [2, 3, 2];
         for (slot, n) in bytes[effort::NODES].chunks_exact_mut(2).zip(nodes) {
             slot.copy_from_slice(&n.to_le_bytes());

@@ -175,7 +175,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     pub(super) fn fallback_output(&mut self, fault: Degraded, output: &mut Pose<J>) -> Report {
         let step_s = 1.0 / self.database.rate_hz();
         let mut report = Report { step_s, predicted_step_s: step_s, ..Report::default() };
-        report.degraded.set(fault, true);
+        report.degraded.add_if(true, fault);
         // Without a last output the caller's pose is nearer to the state of its robot than any pose made up here.
         let Some(last) = self.last else { return report };
         *output = last;

@@ -1,7 +1,7 @@
 //! The state of fault handling: see [`super::fallback`].
 
 /// Number of poses in a row, all out of order, after which the sender's counter counts as restarted.
-pub(super) const RESTARTED: u8 = 8;
+const RESTARTED: u8 = 8;
 
 /// Poses out of order.
 #[derive(Debug, Clone, Copy, PartialEq)]

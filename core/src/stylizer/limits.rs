@@ -85,7 +85,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         *output = *input;
         self.output_anchor = self.input_anchor;
         self.lock.reset();
-        report.degraded.set(Degraded::PREDICTION, true);
+        report.degraded.add_if(true, Degraded::PREDICTION);
     }
 
     /// Measures how the input has moved in `seconds`, and reports a frame before it that was wrong.
@@ -97,7 +97,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         if leaps {
             self.spike = Spike::new();
         }
-        report.degraded.set(Degraded::SPIKE, returned && !leaps);
+        report.degraded.add_if(returned && !leaps, Degraded::SPIKE);
         if self.config.speed_limit > 0.0 {
             self.limit.observe(&fastest, at(x, dof::YAW), seconds);
         }

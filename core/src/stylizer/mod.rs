@@ -140,7 +140,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         let anchor = self.input_anchor;
         self.extract_dofs(input, first);
         let leaps = !first && self.is_leap();
-        report.degraded.set(Degraded::LEAP, leaps);
+        report.degraded.add_if(leaps, Degraded::LEAP);
         if leaps && self.config.safety != Safety::Follow && self.tolerate_leap() {
             self.input_anchor = anchor;
             return self.fallback_output(Degraded::LEAP, output);
@@ -189,7 +189,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
         let (max_ratio, seconds) = (self.config.trust, 1.0 / self.database.rate_hz());
         self.trust.update(&self.database, judged, velocity, max_ratio, seconds, &mut self.settings.passed);
         report.passed = self.settings.passed;
-        report.degraded.set(Degraded::FAR, report.passed >= 0.5);
+        report.degraded.add_if(report.passed >= 0.5, Degraded::FAR);
     }
 
     /// Converts the input pose to dofs, and starts the method on a first frame.
@@ -247,7 +247,7 @@ impl<'db, const J: usize, const K: usize, const C: usize> Stylizer<'db, J, K, C>
             offset.iter_mut().zip(last).for_each(|(offset, (y, x))| *offset = y - x);
         }
         let replaced = apply_strength(&self.database, &self.settings, x, predicted, output);
-        report.degraded.set(Degraded::PREDICTION, replaced);
+        report.degraded.add_if(replaced, Degraded::PREDICTION);
         observer.predicted(&signals.x, &signals.x_prev, &signals.y_prev, &signals.output);
         let signals = &mut self.signals;
         signals.add_correction(!replaced);

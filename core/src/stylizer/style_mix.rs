@@ -5,14 +5,14 @@
 //! position nor the speed of a joint jumps, whatever the sequence of changes:
 //!
 //! ```text
-//! d = s - s*;  c = (v + ω d) Δt;  s' = s* + (d + c) e^(-ω Δt);  v' = (v - ω c) e^(-ω Δt)      ω = 8 / s
+//! d = s - s*;  c = (v + ω d) Δt;  s' = s* + (d + c) e^(-ω Δt);  v' = (v - ω c) e^(-ω Δt)      ω = 8 per second
 //! ```
 //!
 //! s* is the strength that was set. Half of a change is done after 0.21 s, 95% after [`STRENGTH_S`]. A stream begins
 //! with the strengths that were set. Cost: one exponential and a dozen operations a group and frame while a strength
 //! changes.
 //!
-//! **Styles of joint groups.** A group has the body's mix of styles or its own (`Mix`). The regression treats each dof
+//! **Styles of joint groups.** A group has the body's mix of styles or its own (`StyleMix`). The regression treats each dof
 //! alone, and is done once for each different mix. Time step, root and contacts follow the root's group.
 
 use crate::{
@@ -53,12 +53,12 @@ impl GroupStyle {
 
 /// A mix of styles: the body's, or that of a joint group.
 #[derive(Clone, Copy)]
-pub(crate) struct Mix<'a> {
+pub(crate) struct StyleMix<'a> {
     settings: &'a Settings,
     id: usize,
 }
 
-impl Mix<'_> {
+impl StyleMix<'_> {
     /// Weight of a style; a mix's weights sum to 1.
     #[inline(never)]
     pub fn weight(self, style: usize) -> f32 {
@@ -170,8 +170,8 @@ impl Settings {
         let mix = self.mix(mix);
         let mut most = 0.0;
         for class in 0..database.counts().classes {
-            let [of, style] = database.labels(class);
-            if action.is_none_or(|action| action == of) && mix.weight(usize::from(style)) > 0.0 {
+            let [of_action, style] = database.labels(class);
+            if action.is_none_or(|action| action == of_action) && mix.weight(usize::from(style)) > 0.0 {
                 let turning = database.trust_limits(class).map_or(0.0, |limits| limits.turning);
                 most = maximum(turning, most);
             }
@@ -180,8 +180,8 @@ impl Settings {
     }
 
     /// A mix by its number.
-    pub fn mix(&self, id: usize) -> Mix<'_> {
-        Mix { settings: self, id }
+    pub fn mix(&self, id: usize) -> StyleMix<'_> {
+        StyleMix { settings: self, id }
     }
 
     /// Whether the labels allow a class of an action in a style.

@@ -270,7 +270,8 @@ impl From<&gestus_core::Report> for GestusReport {
 /// `out_rotations`. Otherwise no memory that is written may overlap any other argument. `report` may be null.
 ///
 /// With valid arguments a step can't fail: if the input is not a valid pose, the output follows the configured `safety`,
-/// and `degraded` reports it. Before the first valid input the output is a pose of identity rotations, which should not be played.
+/// and `degraded` reports it. Before the first valid input the output is a pose of identity rotations, which should not be
+/// played.
 ///
 /// Returns `GESTUS_STATUS_SHORT` (`joints` is less than the database's), `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP`.
 /// The stylizer has not stepped then.

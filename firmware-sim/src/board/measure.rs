@@ -136,7 +136,7 @@ pub struct Job<'a> {
 ///
 /// # Errors
 /// An emulator that can't be started, a board that ends or does not reply, and the errors of `run`.
-pub fn with_session<R>(
+fn with_session<R>(
     board: &'static Board,
     image: &Path,
     job_path: &Path,
@@ -168,7 +168,7 @@ fn first_config(database: &Database<'_>) -> Config {
 }
 
 /// File with the log lines of a board's last run.
-pub fn log_path(board: &Board) -> std::path::PathBuf {
+fn log_path(board: &Board) -> std::path::PathBuf {
     image::target_folder().join(format!("{}.log", board.name))
 }
 

@@ -246,7 +246,7 @@ fn the_effort_dial() {
             value_at("rest", effort::REST.start + 4 * k, &float(v), 7 + k);
         }
         for i in 0..3 * styles {
-            value_at("effort", effort::styles() + 4 * i, &float(v), 10 + i);
+            value_at("effort", effort::STYLES + 4 * i, &float(v), 10 + i);
         }
     }
     value_at("an axis without length", effort::AXES.start + 4, &float(-0.995), 4);

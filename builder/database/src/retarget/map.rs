@@ -3,7 +3,7 @@
 use gestus_core::{
     Database, Pose,
     blob::layout::MAX_JOINTS,
-    retarget::{Map, fingerprint, layout::MAX_SOURCES},
+    retarget::{Map, layout::MAX_SOURCES},
 };
 use gestus_motion::clip::{Clip, Frame};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -60,7 +60,7 @@ impl Retarget {
         file: &MapFile,
     ) -> Result<Self, MapError> {
         let (source, world) = Body::of_clip(clip, file)?;
-        Self::of(fingerprint(database), source, target, world, origin_of(clip))
+        Self::of(database.skeleton_fingerprint(), source, target, world, origin_of(clip))
     }
 
     /// The map between two bodies, for the database of that fingerprint.

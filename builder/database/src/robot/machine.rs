@@ -3,7 +3,6 @@
 use gestus_core::{
     BlobError, Database,
     blob::{crc::crc32c, layout::MAX_JOINTS},
-    retarget::fingerprint,
     robot::{
         Robot as Tables,
         layout::{self, MAX_HINGES, group, header, hinge, joint, limb},
@@ -148,7 +147,7 @@ impl Machine {
         put(header::GROUPS, &(groups.len() as u16).to_le_bytes());
         put(header::LIMBS, &(limbs.len() as u16).to_le_bytes());
         put(header::TOTAL, &(total as u32).to_le_bytes());
-        put(header::SKELETON, &fingerprint(database).to_le_bytes());
+        put(header::SKELETON, &database.skeleton_fingerprint().to_le_bytes());
         put(header::TICK, &((1.0 / self.tick_hz) as f32).to_le_bytes());
         let base = anatomy(body, 0) * self.axes.inverse();
         put(header::BASE, &floats(base.coords.iter().copied()));

@@ -18,7 +18,8 @@
 use gestus_core::{
     Database, Pose,
     blob::{Leg, layout::MAX_JOINTS},
-    body::two_bone_ik::{Chain, distance},
+    body::two_bone_ik::Chain,
+    math::distance,
     math::quaternion,
     output::foot_lock::held_fraction,
 };

@@ -33,11 +33,9 @@ pub const GIVEN: u8 = 1;
 pub const WHOLE: u16 = 255;
 
 /// Where the styles' Efforts start.
-pub const fn styles() -> usize {
-    REST.end
-}
+pub const STYLES: usize = REST.end;
 
 /// Where the table starts.
 pub const fn table(styles: usize) -> usize {
-    self::styles() + styles * STYLE_LENGTH
+    STYLES + styles * STYLE_LENGTH
 }

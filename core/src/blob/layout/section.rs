@@ -99,7 +99,7 @@ sections! {
         manifest: MANIFEST = 1, kept Always;
         /// Joints and, behind them, the skeleton's trailer: see [`joint`](super::joint).
         skeleton: SKELETON = 2, kept Always;
-        /// Per dof: quantisation step and scale: see [`dof_record`](super::dof_record). Then, in blobs that say it, the
+        /// Per dof: quantisation step and scale: see [`dof_record`](super::dof_record). Then, in blobs that store it, the
         /// range of each: see [`dof_range`](super::dof_range).
         dofs: DOFS = 3, kept Always;
         /// Mean cloud, alignment weights, feature groups and scales, principal components: see [`query`](super::query).

@@ -38,8 +38,9 @@ impl Class {
 
 /// Whether the labels of a class are an action and a style; `None` stands for any.
 #[inline]
-pub(crate) fn labels_match([of, by]: [u16; 2], action: Option<u16>, style: Option<u16>) -> bool {
-    action.is_none_or(|action| action == of) && style.is_none_or(|style| style == by)
+pub(crate) fn labels_match(labels: [u16; 2], action: Option<u16>, style: Option<u16>) -> bool {
+    let [of_action, of_style] = labels;
+    action.is_none_or(|action| action == of_action) && style.is_none_or(|style| style == of_style)
 }
 
 impl<'db> Database<'db> {

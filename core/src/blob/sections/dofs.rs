@@ -19,14 +19,14 @@ impl<'db> Database<'db> {
         Record::of(self.required.dofs, dof, dof_record::LENGTH).f32(dof_record::SCALE)
     }
 
-    /// Whether the blob says the ranges of dofs.
+    /// Whether the blob stores the ranges of dofs.
     #[inline]
     pub fn has_dof_ranges(&self) -> bool {
         self.required.dofs.len() > self.counts.dofs * dof_record::LENGTH
     }
 
-    /// Least and greatest value of each dof in the captured frames, in its unit, in the order of the dofs. Nothing in blobs
-    /// of builders before 2026-11-28, which do not say it.
+    /// Least and greatest value of each dof in the captured frames, in its unit, in the order of the dofs. Empty for blobs
+    /// written before 2026-11-28, which do not store them.
     #[inline]
     pub fn dof_ranges(&self) -> impl Iterator<Item = [f32; 2]> + use<'db> {
         let ranges = self.required.dofs.get(self.counts.dofs * dof_record::LENGTH..).unwrap_or(&[]);

@@ -68,7 +68,7 @@ impl<'db> PhaseTables<'db> {
         self.knots().nth(knot).unwrap_or_default()
     }
 
-    /// Row `knot` of the table that begins at byte `at`, as [`parts`](Self::parts) says; a row of the slopes is two wide.
+    /// Row `knot` of the table that begins at byte `at`, as [`parts`](Self::parts) says; a row of the slopes is 2 D wide.
     #[inline]
     pub fn row(&self, at: usize, width: usize, knot: usize) -> &'db [u8] {
         self.bytes.get(at + width * knot..).and_then(|rest| rest.get(..width)).unwrap_or(&[])

@@ -38,8 +38,8 @@ impl<'db> Database<'db> {
         self.feature_norms2().get(row).map(|norm| u32::from_le_bytes(*norm))
     }
 
-    /// Part of the mean squared distance of a class's nearest frames that is left at least after that many frames, where the
-    /// class is too far to matter; 0 for no frames, for more than the blob says, and where it says nothing.
+    /// Least part of the mean squared distance of a far class that is left after that many frames; 0 for no frames, for more
+    /// than the blob stores, and for blobs that store none.
     #[inline]
     pub fn fall(&self, frames: usize) -> f32 {
         let numbers = self.optional.distances.unwrap_or(&[]).as_chunks::<4>().0;

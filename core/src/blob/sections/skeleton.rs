@@ -3,6 +3,7 @@
 use crate::{
     blob::{
         Database,
+        crc::crc32c,
         layout::{ROOT_DOFS, joint},
         read::{Record, floats},
     },
@@ -35,6 +36,17 @@ impl<'db> Database<'db> {
             offset: record.floats(joint::OFFSET),
             mean: record.floats(joint::MEAN),
         }
+    }
+
+    /// Identifies the skeleton: CRC-32C of the joints' parents and offsets. A map and a robot store that of their database.
+    pub fn skeleton_fingerprint(&self) -> u32 {
+        // One checksum a joint, folded: no buffer of the skeleton's length.
+        (0..self.counts.joints).fold(0u32, |sum, j| {
+            let joint = self.joint(j);
+            let [x, y, z] = joint.offset.map(f32::to_le_bytes);
+            let parent = [joint.parent.and_then(|p| u8::try_from(p).ok()).unwrap_or(u8::MAX)];
+            crc32c(&[&sum.to_le_bytes(), &parent, &x, &y, &z])
+        })
     }
 
     /// Mean local rotations of the joints, in order.

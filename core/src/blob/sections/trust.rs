@@ -16,7 +16,7 @@ pub struct TrustLimits {
 }
 
 impl Database<'_> {
-    /// What input of a class is like, where the blob says it.
+    /// What input of a class is like, where the blob stores it.
     #[inline(never)]
     pub fn trust_limits(&self, class: usize) -> Option<TrustLimits> {
         let section = self.optional.trust.filter(|_| class < self.counts.classes)?;

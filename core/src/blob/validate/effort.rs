@@ -36,7 +36,7 @@ pub(super) fn dial(db: &Database<'_>, bytes: &[u8]) -> Checked {
         bad(7 + k, factor(effort::REST.start + 4 * k).is_some())?;
     }
     for i in 0..3 * styles {
-        bad(10 + i, factor(effort::styles() + 4 * i).is_some())?;
+        bad(10 + i, factor(effort::STYLES + 4 * i).is_some())?;
     }
     length(section::EFFORT, effort::table(styles) + nodes * styles, bytes.len())?;
     let table = bytes.get(effort::table(styles)..).unwrap_or(&[]);

@@ -8,7 +8,7 @@ use crate::blob::{
     read::{Record, u16_at},
 };
 
-/// Checks the linear models: directory, ranges, dofs, poles.
+/// Checks the section's directory, then each model.
 #[inline(never)]
 pub(super) fn linear_models(db: &Database<'_>, bytes: &[u8]) -> Checked {
     let c = db.counts();
@@ -27,7 +27,7 @@ pub(super) fn linear_models(db: &Database<'_>, bytes: &[u8]) -> Checked {
             && model.style != from
             && model.action.is_none_or(|a| usize::from(a) < c.actions);
         check(id, i, labels_fit && entry.u32(lti::OFFSET) as usize == next)?;
-        // One unit a joint and two more for the root; a stylizer has memory for the states of as many joints.
+        // At most one unit a joint and two more for the root. A stylizer has memory for `MAX_ORDER` states a joint.
         check(id, i, model.units <= c.joints + 2 && model.states <= MAX_ORDER * c.joints)?;
         next = next.saturating_add(entry.u32(lti::BYTES) as usize);
         check(id, i, next <= bytes.len())?;

@@ -13,7 +13,7 @@ use crate::{
         contact_votes::OutputContacts,
         variables::{FRACTION, X, X_PREV, Y, Y_PREV},
     },
-    stylizer::style_mix::Mix,
+    stylizer::style_mix::StyleMix,
 };
 
 /// Greatest number of rows that are unpacked together.
@@ -25,7 +25,7 @@ const ONE: f32 = (1 << FRACTION) as f32;
 pub(crate) type ActiveStyles = heapless::Vec<u8, MAX_STYLES>;
 
 /// Lists the styles that have weight in a mix.
-pub(crate) fn active_styles(mix: Mix<'_>, styles: usize) -> ActiveStyles {
+pub(crate) fn active_styles(mix: StyleMix<'_>, styles: usize) -> ActiveStyles {
     let mut active = ActiveStyles::new();
     for (style, _) in mix.weighted(styles) {
         // There is room for every style.
@@ -53,7 +53,7 @@ pub(crate) fn read(
     database: &Database<'_>,
     class: usize,
     row: usize,
-    mix: Mix<'_>,
+    mix: StyleMix<'_>,
     active: &[u8],
     variables: &mut [[i32; 4]],
 ) -> Read {

@@ -270,7 +270,7 @@ impl Regression {
 /// Bits of what [`sqrt_wide`] takes.
 const SQUARE_ROOT_BITS: u32 = crate::math::fixed::BITS;
 
-/// How many bits the whole part of a positive number takes; below 0 where its first bit is behind the point.
+/// Number of bits of the whole part of a positive number; 0 or negative below 1.
 fn exponent(value: f32) -> i32 {
     (value.to_bits() >> 23) as i32 - 126
 }

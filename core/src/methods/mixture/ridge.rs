@@ -1,8 +1,8 @@
-//! The least squares of one dof: a symmetric positive system of three unknowns, in whole numbers.
+//! The least squares of one dof: a symmetric positive system of three unknowns, in integers.
 //!
 //! `A = L Lᵀ` (Cholesky), and the wanted `β·v` with `A β = r` is `(L⁻¹ r)·(L⁻¹ v)`: no coefficient is ever made. The
 //! unknowns are first scaled by powers of two so that `A`'s diagonal lies in a quarter to 1; then no entry of `L` is
-//! above 1, since `L[i][j]² ≤ A[i][i]`, and 29 bits behind the point hold them all.
+//! above 1, since `L[i][j]² ≤ A[i][i]`, and 29 fractional bits hold them all.
 
 use crate::math::fixed::{BITS, InverseSqrt, bit_length, product, shift};
 
@@ -15,7 +15,7 @@ const MAX_ENTRY: i32 = 1 << 30;
 const MIN_PIVOT: i32 = 1 << 8;
 /// Bits of an entry of a system, at most.
 pub const ENTRY_BITS: i32 = 28;
-/// Bits behind the point of an answer.
+/// Fractional bits of an answer.
 pub const ANSWER_BITS: u32 = 1;
 
 /// Normal equations `A β = r` of three unknowns, in any unit that they share; entries are below 2^28.
@@ -29,7 +29,7 @@ pub struct System {
 }
 
 impl System {
-    /// `β·v`, with [`ANSWER_BITS`] bits behind the point, held within 31 bits.
+    /// `β·v`, with [`ANSWER_BITS`] fractional bits, clamped to 31 bits.
     pub fn evaluate(&self, v: [i32; 3]) -> i32 {
         let [a00, a10, a11, a20, a21, a22] = self.matrix;
         let scales = [a00, a11, a22].map(|d| (d.max(1).leading_zeros() as i32 - 3) >> 1);

@@ -7,7 +7,7 @@
 //! the input. The output keeps a part that follows the style:
 //!
 //! ```text
-//! ρ_out = min(1, ρ l √(far(style) / far(input)))       l: Config::liveliness; the root is held within 1/2 to 2
+//! ρ_out = min(1, ρ l √(far(style) / far(input)))       l: Config::liveliness; the square root is clamped to 1/2 to 2
 //! ```
 //!
 //! `far` is the squared distance between a class's own clips, as the builder has measured it
@@ -36,14 +36,14 @@ use crate::{
         context::{Context, Frame},
         settling::{Jump, Spring},
     },
-    stylizer::style_mix::Mix,
+    stylizer::style_mix::StyleMix,
 };
 
 /// Least and greatest ratio between the variabilities of two styles.
 const RATIOS: [f32; 2] = [0.5, 2.0];
 
 /// ρ of the output: the part of `Δx` that it keeps, for input of `class` and output in `mix`. 0 to 1.
-pub(super) fn output_rho(database: &Database<'_>, config: &Config, class: usize, mix: Mix<'_>) -> f32 {
+pub(super) fn output_rho(database: &Database<'_>, config: &Config, class: usize, mix: StyleMix<'_>) -> f32 {
     if config.liveliness <= 0.0 {
         return config.rho;
     }

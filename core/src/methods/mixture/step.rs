@@ -153,7 +153,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
             limits.spare = limits.spare.saturating_add(config.visits).saturating_sub(visits);
             report.visits += stats.visits;
             report.bytes_read += stats.bytes;
-            report.degraded.set(Degraded::VISITS, stats.capped);
+            report.degraded.add_if(stats.capped, Degraded::VISITS);
             *restarted = stats.restarted;
             count += 1;
             restarts += usize::from(stats.restarted);
@@ -179,11 +179,11 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         let most = if is_fresh { most.min(weights::MAX_KEPT_FRESH) } else { most };
         let (distances, shares) = (self.class_distances.distances(database), &mut report.classes);
         let cut = weights::proportions(&distances, Width::relative(config.delta), config.prune, most, shares);
-        report.degraded.set(Degraded::CLASSES, cut);
+        report.degraded.add_if(cut, Degraded::CLASSES);
         // The search of far classes restarts all the time; that counts where they have weight.
         let jumped =
             report.classes.iter().any(|s| restarted.get(usize::from(s.class)).copied().unwrap_or(false));
-        report.degraded.set(Degraded::JUMP, jumped);
+        report.degraded.add_if(jumped, Degraded::JUMP);
         let Some(nearest) = report.classes.first().map(|share| usize::from(share.class)) else { return };
         report.distance2 = self.class_distances.last_distance2(nearest);
         if let Some(trust_limits) = database.trust_limits(nearest).filter(|limits| limits.far > 0.0) {
@@ -253,7 +253,7 @@ impl<const J: usize, const K: usize, const C: usize> Mixture<J, K, C> {
         jumped
     }
 
-    /// Unpacks `most` of the rows taken of a class, with outputs in a mix of styles. Adds them to the regression and the
+    /// Unpacks at most `most` of the rows taken of a class, with outputs in a mix of styles. Adds them to the regression and the
     /// timing, and the votes of the nearest to `votes`.
     #[inline(never)]
     fn load_examples(

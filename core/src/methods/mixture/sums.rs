@@ -214,7 +214,7 @@ pub(super) struct Scatter {
     pub bits: u32,
     /// The first example, in parts.
     pub first: [i32; 4],
-    /// The means less the first example, in units with [`FINER_BITS`] bits behind the point.
+    /// The means less the first example, in units with [`FINER_BITS`] fractional bits.
     pub offsets: [i32; 4],
     /// The means, in whole units.
     pub means: [i32; 4],
@@ -266,9 +266,9 @@ pub(super) fn max_rounding_error(count: u16) -> f32 {
     f32::from(count) * 2.0
 }
 
-/// Bits behind the point of means in units.
+/// Fractional bits of means in units.
 pub(super) const FINER_BITS: u32 = 4;
-/// Bits behind the point of the inverse of a count.
+/// Fractional bits of the inverse of a count.
 const INVERSE_BITS: u32 = 17;
 
 /// The mean from a sum and the inverse of the count, rounded to the nearest.

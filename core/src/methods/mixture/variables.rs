@@ -4,7 +4,7 @@
 pub const FRACTION: u32 = 14;
 
 /// The variables of an example, dof by dof: `x[t-1]`, `y[t-1]`, `x[t]`, `y[t]` at the places [`X_PREV`], [`Y_PREV`],
-/// [`X`] and [`Y`], in quantisation steps with [`FRACTION`] bits behind the point. The first D of the 4 J dofs are in use.
+/// [`X`] and [`Y`], in quantisation steps with [`FRACTION`] fractional bits. The first D of the 4 J dofs are in use.
 pub type Example<const J: usize> = [[[i32; 4]; 4]; J];
 
 /// Place of `x[t-1]` among a dof's variables.

@@ -3,14 +3,14 @@
 use crate::math::clamp;
 
 /// The fixed-point weight that stands for 1.
-pub const ONE: i32 = 4096;
+pub(super) const ONE: i32 = 4096;
 
 /// A place among the knots of a table: four knots and their weights, which sum to [`ONE`].
 ///
 /// Each weight is between -0.08 and 1, and the sum of their absolute values at most 1.25.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Place {
+pub(super) struct Place {
     /// The knots, in order.
     pub knots: [usize; 4],
     /// Their weights.

@@ -41,7 +41,7 @@ const MAX_FACTOR: f32 = 512.0;
 
 /// The sum of the outputs of a frame. Not generic over capacities, so that it is compiled with the core, optimised for
 /// speed. All slices are `[dofs]`.
-pub(crate) struct Mix<'a, 'db> {
+pub(crate) struct TableMix<'a, 'db> {
     database: &'a Database<'db>,
     /// X, in 1/4096 of a code.
     input: &'a mut [i32],
@@ -71,7 +71,7 @@ impl CyclePoint {
     }
 }
 
-impl<'a, 'db> Mix<'a, 'db> {
+impl<'a, 'db> TableMix<'a, 'db> {
     /// An empty mix for a frame with dofs `x`. `memory` has at least four numbers a dof.
     #[inline(never)]
     pub(crate) fn new(database: &'a Database<'db>, x: &[f32], memory: &'a mut [i32]) -> Self {

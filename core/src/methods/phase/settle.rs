@@ -10,7 +10,8 @@
 //! It takes longer where a stream begins or leaps, after a [`Jump`], as when an arm falls before the wave is over, and where
 //! the body is far from every class, as between two actions.
 //!
-//! Only rotations keep their velocity, in i16, which is all that fits into 8 KB. Height and speeds set off at once.
+//! Only rotations keep their velocity, stored as i16, because a stylizer of tables by phase alone has 8 KB. Height and speeds
+//! start at once.
 
 use crate::{
     blob::layout::dof,

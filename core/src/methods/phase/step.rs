@@ -11,7 +11,7 @@
 //! Cost: P · F products a class, then 24 a dof for each weighted class, and as many for each of its output styles.
 
 use super::{
-    mix::{CyclePoint, Mix},
+    mix::{CyclePoint, TableMix},
     settle::Settled,
     track::{MAX_EXPECTED_KNOTS, Track, WhitenedQuery},
 };
@@ -253,7 +253,7 @@ fn track(
         most,
         &mut report.classes,
     );
-    report.degraded.set(crate::Degraded::CLASSES, cut);
+    report.degraded.add_if(cut, crate::Degraded::CLASSES);
     let distance_of = |share: Option<&Share>| {
         share.and_then(|s| distances.get(usize::from(s.class))).copied().unwrap_or(0.0)
     };
@@ -299,7 +299,7 @@ impl<const J: usize, const C: usize> Phase<J, C> {
         let strength = clamp(settings.strength_of(database.joint_group(0)), 0.0, 1.0);
         let (mut step_s, mut likelihood) = (0.0, [0.0; 2]);
         let (mut far, mut stands) = (0.0, 0.0f32);
-        let mut mixed = Mix::new(database, x, self.scratch.as_flattened_mut());
+        let mut mixed = TableMix::new(database, x, self.scratch.as_flattened_mut());
         let mut i = 0;
         while let Some(&Share { class, proportion }) = report.classes.get(i) {
             i += 1;
@@ -363,8 +363,8 @@ impl<const J: usize, const C: usize> Phase<J, C> {
 #[inline(never)]
 fn output_class(database: &Database<'_>, action: u16, style: usize) -> Option<usize> {
     (0..database.counts().classes).find(|&class| {
-        let [of, own] = database.labels(class);
-        of == action && usize::from(own) == style
+        let [of_action, of_style] = database.labels(class);
+        of_action == action && usize::from(of_style) == style
     })
 }
 

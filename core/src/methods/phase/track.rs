@@ -36,7 +36,7 @@ const JUMP_ERROR: f32 = 0.25;
 /// Frames, at the mean pace of a whole clip, by which its phase may be off from what is expected before the body counts as
 /// elsewhere in the clip.
 const NEAR_FRAMES: f32 = 3.0;
-/// Bounds of the same in knots.
+/// Least and greatest value of that distance, in knots.
 const NEAR_KNOTS: [f32; 2] = [2.0, 8.0];
 /// Greatest number of knots at which the body may be expected.
 pub(super) const MAX_EXPECTED_KNOTS: usize = 2 * NEAR_KNOTS[1] as usize + 1;
@@ -50,7 +50,7 @@ const GAINS_HZ: f32 = 30.0;
 /// The query, whitened, in steps of the stored knots.
 #[derive(Debug, Clone)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct WhitenedQuery {
+pub(super) struct WhitenedQuery {
     /// In fine steps, at most 2,040; 0 for features that a mask leaves out.
     codes: [i16; MAX_FEATURES],
     /// 1 for features in use, 0 for those that a mask leaves out.
@@ -66,7 +66,7 @@ pub struct WhitenedQuery {
 /// Where a query lies beside a class's polyline.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Projection {
+pub(super) struct Projection {
     /// Phase of the nearest point, 0 to 1.
     pub phase: f32,
     /// Squared distance to it, whitened square units. Scaled up to all features where a mask leaves some out.
@@ -192,7 +192,7 @@ impl WhitenedQuery {
 /// The phase of the body in the cycle of one class.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Track {
+pub(super) struct Track {
     /// Phase, 0 to 1.
     pub phase: f32,
     /// Change of the phase a frame.
