@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use gestus_core::Database;
+use gestus_core::{Database, blob::layout::dof};
 use nalgebra::{Matrix4, Quaternion, SymmetricEigen, UnitQuaternion, Vector3};
 
 use crate::{
@@ -100,10 +100,10 @@ impl Body {
     pub fn pose(&self, dofs: &[f64], ground: [f64; 2], heading: f64) -> Frame {
         let map =
             |at: usize| UnitQuaternion::from_scaled_axis(Vector3::new(dofs[at], dofs[at + 1], dofs[at + 2]));
-        let root = about_y(heading) * self.means[0] * map(1);
-        let others = (1..self.skeleton.joints()).map(|j| self.means[j] * map(7 + 3 * (j - 1)));
+        let root = about_y(heading) * self.means[0] * map(first_dof(0));
+        let others = (1..self.skeleton.joints()).map(|j| self.means[j] * map(first_dof(j)));
         Frame {
-            root: Vector3::new(ground[0], dofs[0], ground[1]),
+            root: Vector3::new(ground[0], dofs[dof::HEIGHT], ground[1]),
             rotations: std::iter::once(root).chain(others).collect(),
         }
     }
@@ -128,6 +128,11 @@ pub fn database_skeleton(database: &Database<'_>) -> Skeleton {
         parents: joints.iter().map(|j| j.parent).collect(),
         offsets: joints.iter().map(|j| j.offset.map(f64::from).into()).collect(),
     }
+}
+
+/// The first of the three dofs of a joint's rotation.
+pub const fn first_dof(joint: usize) -> usize {
+    if joint == 0 { dof::TILT } else { dof::JOINTS + 3 * (joint - 1) }
 }
 
 /// Names of the dofs of a skeleton with those joints, in order.

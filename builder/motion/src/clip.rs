@@ -4,12 +4,20 @@
 //! order is `[x, y, z, w]`. Joint 0 is the root of the animated body (the hips); its rotation and
 //! position are in the world, every other rotation is local to its parent.
 
-use std::sync::Arc;
+use std::{ops::RangeInclusive, sync::Arc};
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use thiserror::Error;
 
 use crate::statistics::mean_or_zero;
+
+/// Frames a second that clips and databases can have.
+pub const RATES_HZ: RangeInclusive<f64> = 1.0..=1000.0;
+
+/// What a rate has to be, in words.
+pub fn expected_rate() -> String {
+    format!("frames a second from {} to {}", RATES_HZ.start(), RATES_HZ.end())
+}
 
 /// A tree of joints. Parents come before their children.
 #[derive(Debug, Clone, PartialEq)]

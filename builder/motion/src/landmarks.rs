@@ -26,10 +26,13 @@ pub struct Landmarks {
 /// A skeleton whose legs were not found.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error(
-    "no {0} found in the skeleton (joints: {1}): it takes a body with two legs of hip, knee and foot; \
+    "no legs found in the skeleton (joints: {joints}): it takes a body with two legs of hip, knee and foot; \
      name the joints like `LeftUpLeg`, `UpperLeg_L` or `lfemur`"
 )]
-pub struct LandmarkError(&'static str, String);
+pub struct LandmarkError {
+    /// The skeleton's joints.
+    joints: String,
+}
 
 impl Landmarks {
     /// Finds the landmarks of a skeleton.
@@ -38,9 +41,10 @@ impl Landmarks {
     /// [`LandmarkError`] if two legs are not found.
     pub fn find(skeleton: &Skeleton) -> Result<Self, LandmarkError> {
         let rest = rest_positions(skeleton);
-        let fail = |what| LandmarkError(what, skeleton.names.join(", "));
         let legs = [0, 1].map(|side| leg(skeleton, &rest, side));
-        let [Some(left), Some(right)] = legs else { return Err(fail("legs")) };
+        let [Some(left), Some(right)] = legs else {
+            return Err(LandmarkError { joints: skeleton.names.join(", ") });
+        };
         let both = |i: usize| [left[i], right[i]];
         let mut groups = vec![0; skeleton.joints()];
         for side in [0, 1] {

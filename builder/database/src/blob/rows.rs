@@ -5,17 +5,17 @@
 //! (classical bit allocation: equal marginal error per bit). A common factor is then searched such that the error measured
 //! on the clips meets the target.
 
-use gestus_core::blob::layout::{ROOT_DOFS, block, dof};
+use gestus_core::blob::layout::{block, dof};
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use gestus_motion::body::Body;
+use gestus_motion::body::{Body, first_dof};
 
 /// Rows that could not be packed.
 #[derive(Debug, Error, PartialEq)]
 pub enum PackError {
     /// A value does not fit 16 bits of steps.
-    #[error("dof {dof} reaches {value} at row {row}, more than 16 bits of steps: is the clip broken there?")]
+    #[error("dof {dof} is {value} in row {row}, more than 16 bits of steps")]
     TooLarge {
         /// The dof.
         dof: usize,
@@ -181,7 +181,7 @@ fn levers(body: &Body) -> Vec<f64> {
         let sweep = arms.iter().map(|a| a.norm_squared()).sum::<f64>() * (2.0 / 3.0) / joints as f64;
         // Hands, head and toes have no joint behind them; they count as 4 cm long.
         let own = 0.04f64.powi(2) / joints as f64;
-        let at = if j == 0 { dof::TILT } else { ROOT_DOFS + 3 * j };
+        let at = first_dof(j);
         levers[at..at + 3].fill((sweep + own).sqrt());
     }
     levers

@@ -32,7 +32,7 @@ use crate::effort::{
 use gestus_motion::{
     body::Body,
     clip::Frame,
-    statistics::{mean, moments, smooth},
+    statistics::{hermite, mean, moments, smooth},
 };
 
 /// Standard deviation of the smoothing before derivatives are taken, seconds: captures are noisy at 30 Hz.
@@ -205,12 +205,12 @@ fn resampled(positions: &[Vec<Vector3<f64>>], times: &[f64], rate_hz: f64) -> Ve
                 at += 1;
             }
             let s = ((time - times[at]) / span(at)).clamp(0.0, 1.0);
-            let (s2, s3) = (s * s, s * s * s);
+            let [h0, g0, h1, g1] = hermite(s);
             (0..positions[at].len())
                 .map(|j| {
-                    positions[at][j] * (2.0 * s3 - 3.0 * s2 + 1.0)
-                        + positions[at + 1][j] * (3.0 * s2 - 2.0 * s3)
-                        + (slope(at, j) * (s3 - 2.0 * s2 + s) + slope(at + 1, j) * (s3 - s2)) * span(at)
+                    positions[at][j] * h0
+                        + positions[at + 1][j] * h1
+                        + (slope(at, j) * g0 + slope(at + 1, j) * g1) * span(at)
                 })
                 .collect()
         })

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::{
     registration::floor::Source,
-    retarget::{body::Body, map::Retarget, parts::Part},
+    retarget::{axis, body::Body, map::Retarget, parts::Part},
 };
 
 /// The mapping as JSON: `parts`, `joints`, `doubts` and figures.
@@ -49,8 +49,8 @@ pub fn json(retarget: &Retarget) -> Value {
 /// The axis of the incoming world that is up.
 fn up(retarget: &Retarget) -> String {
     let up = retarget.world.inverse() * nalgebra::Vector3::y();
-    let axis = up.iamax();
-    format!("{}{}", if up[axis] < 0.0 { "-" } else { "" }, ["x", "y", "z"][axis])
+    let longest = up.iamax();
+    axis::name((longest, up[longest]))
 }
 
 /// The mapping as text.

@@ -12,7 +12,7 @@ macro_rules! with_capacities {
             $run
         } else {
             const $J: usize = ::gestus_core::blob::layout::MAX_JOINTS;
-            const $K: usize = 64;
+            const $K: usize = $crate::stream::MOST_NEIGHBORS;
             const $C: usize = $crate::stream::MOST_CLASSES;
             $run
         }

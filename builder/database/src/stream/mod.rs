@@ -33,6 +33,8 @@ use gestus_motion::clip::{Clip, Frame, rotation};
 
 /// Most classes of a database for streaming on the host.
 pub const MOST_CLASSES: usize = 256;
+/// Most neighbors of a stylizer on the host.
+pub const MOST_NEIGHBORS: usize = 64;
 
 /// Settings of a stylizer for a stream.
 #[derive(Debug, Clone)]

@@ -11,7 +11,10 @@ use crate::synth::{
     posture::{Foot, about_x, sole_height},
     skeleton::{ANKLE_HEIGHT_M, BALL, HEEL},
 };
-use gestus_motion::{body::about_y, statistics::smoothstep};
+use gestus_motion::{
+    body::about_y,
+    statistics::{hermite, smoothstep},
+};
 
 /// A step length of canonical time for derivatives.
 const TINY: f64 = 1e-4;
@@ -140,9 +143,4 @@ fn swing(last: &Stance, next: &Stance, at: f64) -> Planned {
     foot.ankle.y += 0.5 * (lacking + lacking.hypot(clear));
     let thrown = (4.0 * v * (1.0 - v)).powi(3);
     Planned { foot, planted: false, touches: false, throw: last.swing.throw * thrown }
-}
-
-fn hermite(t: f64) -> [f64; 4] {
-    let (t2, t3) = (t * t, t * t * t);
-    [2.0 * t3 - 3.0 * t2 + 1.0, t3 - 2.0 * t2 + t, 3.0 * t2 - 2.0 * t3, t3 - t2]
 }

@@ -11,7 +11,7 @@ use gestus_database::{
     stream::{Step, Streamed},
 };
 use gestus_motion::{
-    body::{Body, row_at},
+    body::{Body, first_dof, log, row_at},
     corpus::{Corpus, Cycle},
     statistics::mean,
 };
@@ -209,8 +209,8 @@ pub(crate) fn own_dofs(fold: &Fold<'_>, database: &Database<'_>, rows: &[Vec<f64
             let frame = theirs.pose(row, [0.0; 2], 0.0);
             let mut own = row.clone();
             for j in 0..frame.rotations.len() {
-                let map = gestus_motion::body::log(&(fold.body.means[j].inverse() * frame.rotations[j]));
-                let at = if j == 0 { 1 } else { 4 + 3 * j };
+                let map = log(&(fold.body.means[j].inverse() * frame.rotations[j]));
+                let at = first_dof(j);
                 own[at..at + 3].copy_from_slice(map.as_slice());
             }
             own

@@ -14,7 +14,7 @@
 //! is counted from the pose that leaps.
 
 use gestus_core::{Config, Database, Method, Pose, Stylizer, blob::layout::MAX_JOINTS};
-use gestus_database::stream::{MOST_CLASSES, from_pose, to_pose};
+use gestus_database::stream::{MOST_CLASSES, MOST_NEIGHBORS, from_pose, to_pose};
 use gestus_motion::{
     body::Body,
     clip::{Frame, Skeleton},
@@ -174,7 +174,7 @@ struct Run<'a> {
     config: Config,
 }
 
-type Gestus<'db> = Stylizer<'db, MAX_JOINTS, 64, MOST_CLASSES>;
+type Gestus<'db> = Stylizer<'db, MAX_JOINTS, MOST_NEIGHBORS, MOST_CLASSES>;
 
 impl Run<'_> {
     fn starts(&self) -> anyhow::Result<Vec<Start>> {

@@ -43,6 +43,13 @@ pub fn skate_cm_s(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> f64
     mean(standing_speeds(skeleton, legs, of).into_iter().flatten().flatten().map(|v| 100.0 * v))
 }
 
+/// Height of ankle or toes, whichever is lower, relative to their height while the foot stands, metres.
+fn height_m(positions: &[Vector3<f64>], leg: &Leg) -> f64 {
+    let over = |joint: usize, height: f32| positions[joint].y - f64::from(height);
+    let ankle = over(leg.ankle, leg.heights[0]);
+    leg.toe.map_or(ankle, |toe| ankle.min(over(toe, leg.heights[1])))
+}
+
 /// Lowest and highest place of standing feet over the floor, cm: 5% and 95% quantiles over frames.
 pub fn heights_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> [Option<f64>; 2] {
     let heights = of
@@ -51,13 +58,7 @@ pub fn heights_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> [Op
         .zip(&of.stands)
         .flat_map(|(frame, stands)| {
             let p = frame.positions(skeleton);
-            [0, 1].map(|side| {
-                stands[side].then(|| {
-                    let leg = &legs[side];
-                    let ankle = p[leg.ankle].y - f64::from(leg.heights[0]);
-                    100.0 * leg.toe.map_or(ankle, |t| ankle.min(p[t].y - f64::from(leg.heights[1])))
-                })
-            })
+            [0, 1].map(|side| stands[side].then(|| 100.0 * height_m(&p, &legs[side])))
         })
         .flatten();
     let heights = sorted(heights);
@@ -69,11 +70,7 @@ pub fn heights_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> [Op
 pub fn deepest_cm(skeleton: &Skeleton, legs: &[Leg; 2], of: &Performance) -> f64 {
     let over = |frame: &Frame| {
         let p = frame.positions(skeleton);
-        let of_leg = |leg: &Leg| {
-            let ankle = p[leg.ankle].y - f64::from(leg.heights[0]);
-            leg.toe.map_or(ankle, |t| ankle.min(p[t].y - f64::from(leg.heights[1])))
-        };
-        of_leg(&legs[0]).min(of_leg(&legs[1]))
+        height_m(&p, &legs[0]).min(height_m(&p, &legs[1]))
     };
     100.0 * of.frames.iter().map(over).fold(0.0, f64::min)
 }

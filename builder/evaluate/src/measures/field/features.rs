@@ -38,7 +38,7 @@ pub fn windows(body: &Body, clip: &Clip) -> Vec<DVector<f64>> {
             }
             let of = |f: &dyn Fn(&[f64]) -> f64| mean(inside.clone().map(|t| f(&rows[t])));
             features.extend([
-                of(&|r| r[0]),
+                of(&|r| r[dof::HEIGHT]),
                 of(&|r| r[dof::FORWARD]),
                 of(&|r| r[dof::LEFT].abs()),
                 of(&|r| r[dof::YAW].abs()),

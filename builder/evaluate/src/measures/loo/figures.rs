@@ -1,9 +1,9 @@
 //! Plots of the leave-one-out measure.
 
-use gestus_core::{Config, Database, Method, blob::layout::dof};
+use gestus_core::{Config, Database, Method};
 use gestus_database::build::BuildError;
 use gestus_motion::{
-    body::{Body, row_at},
+    body::{Body, first_dof, row_at},
     corpus::Corpus,
     statistics::{mean, variance},
 };
@@ -134,7 +134,7 @@ const DRAWN_S: f64 = 4.0;
 
 /// The knee's dof that varies most.
 fn one_dof(fold: &Fold<'_>, courses: &[Course], of: &str) -> Figure {
-    let dof = dof::JOINTS + 3 * (fold.body.landmarks.knees[0] - 1);
+    let dof = first_dof(fold.body.landmarks.knees[0]);
     let spread = |d: usize| variance(fold.x.iter().map(|r| r[d]));
     let dof = (dof..dof + 3).max_by(|&a, &b| spread(a).total_cmp(&spread(b))).unwrap_or(dof);
     let rate = fold.corpus.rate_hz;

@@ -1,5 +1,6 @@
 //! A file's JSON and binary part: `.glb` or `.gltf`, written again as it came in.
 
+use nalgebra::Vector3;
 use serde_json::Value;
 
 use crate::formats::gltf::error::GltfErrorKind;
@@ -8,6 +9,8 @@ const GLB: &[u8] = b"glTF";
 const JSON: &[u8] = b"JSON";
 const BIN: &[u8] = b"BIN\0";
 const VERSION: u32 = 2;
+/// `accessor.componentType` of single-precision numbers.
+pub const FLOAT: u32 = 5126;
 
 /// A file's parts, where they are in it.
 pub struct Chunks<'a> {
@@ -118,6 +121,11 @@ impl<'a> Container<'a> {
 /// The next multiple of four.
 pub fn aligned(length: usize) -> usize {
     length.next_multiple_of(4)
+}
+
+/// A vector as files hold it.
+pub fn single(v: &Vector3<f64>) -> [f32; 3] {
+    [v.x as f32, v.y as f32, v.z as f32]
 }
 
 /// A length of 32 bits.

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use gltf::animation::Interpolation;
 use nalgebra::{Quaternion, SVector, UnitQuaternion, Vector3};
 
-use crate::{clip::slerp, formats::gltf::data::Numbers};
+use crate::{clip::slerp, formats::gltf::data::Numbers, statistics::hermite};
 
 /// Keyframes. With cubic splines each has three values: incoming slope, value, outgoing slope.
 #[derive(Debug, Clone)]
@@ -65,11 +65,8 @@ impl<'b, const N: usize> Curve<'b, N> {
         let seconds = self.times[key + 1] - self.times[key];
         let slope = SVector::<f64, N>::from(self.values.at(3 * key + 2)) * seconds;
         let next_slope = SVector::<f64, N>::from(self.values.at(3 * key + 3)) * seconds;
-        let (u2, u3) = (u * u, u * u * u);
-        now * (2.0 * u3 - 3.0 * u2 + 1.0)
-            + slope * (u3 - 2.0 * u2 + u)
-            + next * (3.0 * u2 - 2.0 * u3)
-            + next_slope * (u3 - u2)
+        let [h0, g0, h1, g1] = hermite(u);
+        now * h0 + slope * g0 + next * h1 + next_slope * g1
     }
 }
 

@@ -5,7 +5,8 @@ use serde_json::{Value, json};
 
 use crate::{
     clip::{Clip, Skeleton},
-    formats::gltf::container::Container,
+    formats::gltf::container::{Container, FLOAT, single},
+    landmarks::rest_positions,
 };
 
 /// Thickness of a bone's box, metres.
@@ -13,7 +14,6 @@ const THICK_M: f64 = 0.07;
 /// Component types of accessors.
 const BYTE: u32 = 5121;
 const SHORT: u32 = 5123;
-const FLOAT: u32 = 5126;
 
 /// A skinned body whose animations are those clips, all on the skeleton of the first. Zero rotations are its bind pose.
 ///
@@ -99,7 +99,7 @@ impl File {
 
     /// Inverse bind matrices, column by column.
     fn skin(&mut self, skeleton: &Skeleton) -> usize {
-        let matrices: Vec<[f32; 16]> = rest(skeleton)
+        let matrices: Vec<[f32; 16]> = rest_positions(skeleton)
             .iter()
             .map(|p| {
                 let [x, y, z] = single(&-p);
@@ -111,7 +111,7 @@ impl File {
 
     /// A box for each bone, which follows the joint at its upper end.
     fn mesh(&mut self, skeleton: &Skeleton) -> Value {
-        let rest = rest(skeleton);
+        let rest = rest_positions(skeleton);
         let (mut places, mut normals, mut joints, mut indices) = (vec![], vec![], vec![], vec![]);
         for j in 0..skeleton.joints() {
             let is_leaf = !skeleton.parents.contains(&Some(j));
@@ -162,15 +162,6 @@ impl File {
     }
 }
 
-/// Places of the joints with zero rotations, the root at the origin.
-fn rest(skeleton: &Skeleton) -> Vec<Vector3<f64>> {
-    let mut places: Vec<Vector3<f64>> = Vec::new();
-    for (parent, offset) in skeleton.parents.iter().zip(&skeleton.offsets) {
-        places.push(parent.map_or_else(Vector3::zeros, |p| places[p] + offset));
-    }
-    places
-}
-
 /// The corners of a box along a bone, four a face, with the face's normal. Triangles 0-1-2 and 2-1-3 of each face turn
 /// counterclockwise from outside.
 fn cuboid(from: Vector3<f64>, to: Vector3<f64>) -> Vec<(Vector3<f64>, Vector3<f64>)> {
@@ -198,8 +189,4 @@ fn cuboid(from: Vector3<f64>, to: Vector3<f64>) -> Vec<(Vector3<f64>, Vector3<f6
         }
     }
     corners
-}
-
-fn single(v: &Vector3<f64>) -> [f32; 3] {
-    [v.x as f32, v.y as f32, v.z as f32]
 }

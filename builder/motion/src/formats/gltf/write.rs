@@ -13,7 +13,7 @@
 use std::collections::{HashMap, HashSet};
 
 use base64::Engine;
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion};
 use serde_json::{Value, json};
 
 use crate::{
@@ -21,7 +21,7 @@ use crate::{
     clip::Clip,
     formats::gltf::{
         Gltf,
-        container::{Container, aligned},
+        container::{Container, FLOAT, aligned, single},
         data::{BASE64, Buffers, fetch},
         document::{content, names},
         error::GltfErrorKind,
@@ -35,8 +35,6 @@ use crate::{
 const SAME: f32 = 1e-7;
 /// Greatest difference from rest of a joint that gets no keys, radians.
 const AT_REST: f64 = 1e-6;
-/// `accessor.componentType` of single-precision numbers.
-const FLOAT: u32 = 5126;
 /// Media types of images by their endings.
 const IMAGES: [(&str, &str); 5] = [
     ("png", "image/png"),
@@ -192,7 +190,7 @@ impl<'a> Keyed<'a> {
         }
         if self.curves.translations.contains_key(&node) {
             let unit = self.rigging.unit(self.tree, node);
-            keys.translations.push(single(pose.translation.vector.component_div(&unit)));
+            keys.translations.push(single(&pose.translation.vector.component_div(&unit)));
         }
         keys
     }
@@ -209,7 +207,7 @@ impl<'a> Keyed<'a> {
             let pose = Isometry3::from_parts(place.into(), frame.rotations[s]);
             let pose = if s == 0 { carrier * pose } else { pose };
             keys.rotations.push(numbers(&rigging.turn(tree, node, &pose.rotation)));
-            keys.translations.push(single(pose.translation.vector.component_div(&unit)));
+            keys.translations.push(single(&pose.translation.vector.component_div(&unit)));
         }
         continuous(&mut keys.rotations);
         shorten(&mut keys.rotations);
@@ -228,10 +226,6 @@ impl<'a> Keyed<'a> {
 
 fn numbers(q: &UnitQuaternion<f64>) -> [f32; 4] {
     [q.i as f32, q.j as f32, q.k as f32, q.w as f32]
-}
-
-fn single(v: Vector3<f64>) -> [f32; 3] {
-    [v.x as f32, v.y as f32, v.z as f32]
 }
 
 /// Chooses the sign of each quaternion that is nearer to the one before.
