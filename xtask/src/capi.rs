@@ -73,11 +73,11 @@ fn header(setup: bool) -> Result<Option<String>> {
 }
 
 /// A static library for the host, or for a target.
-fn library(mut rustc: Command, folder: &str) -> Result<PathBuf> {
+fn library(mut cargo: Command, folder: &str) -> Result<PathBuf> {
     let folder = target_dir().join(folder);
-    rustc.args(["--release", "--quiet", "--crate-type", "staticlib", "--manifest-path"]);
-    rustc.arg(root().join(CRATE).join("Cargo.toml")).arg("--target-dir").arg(&folder);
-    run_command(&mut rustc)?;
+    cargo.args(["--release", "--quiet", "--crate-type", "staticlib", "--manifest-path"]);
+    cargo.arg(root().join(CRATE).join("Cargo.toml")).arg("--target-dir").arg(&folder);
+    run_command(&mut cargo)?;
     Ok(folder)
 }
 
@@ -90,9 +90,9 @@ fn on_host(recorded: &Recorded, setup: bool) -> Result<Option<String>> {
     if let Some(missing) = tools::missing(&["cc"], setup) {
         return Ok(Some(missing));
     }
-    let mut rustc = cargo();
-    rustc.arg("rustc");
-    let folder = library(rustc, "capi")?;
+    let mut cargo = cargo();
+    cargo.arg("rustc");
+    let folder = library(cargo, "capi")?;
     let example = folder.join("example");
     let mut cc = command("cc");
     cc.args(WARNINGS)

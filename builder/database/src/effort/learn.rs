@@ -338,7 +338,7 @@ pub fn errors(
 
 /// Errors of a method compared with those of linear interpolation in the same cases.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Held {
+pub struct Compared {
     /// Mean of the method's errors.
     pub mean: f64,
     /// Standard error of that mean, over cases that count as independent; none below two.
@@ -351,8 +351,8 @@ pub struct Held {
     pub better: f64,
 }
 
-/// Holds errors of a method against those of interpolation, case by case.
-pub fn held_against(method: &[f64], line: &[f64]) -> Held {
+/// Compares errors of a method with those of interpolation, case by case.
+pub fn compare(method: &[f64], line: &[f64]) -> Compared {
     let gains: Vec<f64> = line.iter().zip(method).map(|(l, m)| l - m).collect();
     let count = gains.len().max(1) as f64;
     let mean = |v: &[f64]| mean_or_zero(v.iter().copied());
@@ -360,7 +360,7 @@ pub fn held_against(method: &[f64], line: &[f64]) -> Held {
         let squares: f64 = v.iter().map(|x| (x - mean(v)).powi(2)).sum();
         (count > 1.0).then(|| (squares / (count - 1.0) / count).sqrt())
     };
-    Held {
+    Compared {
         mean: mean(method),
         standard_error: error(method),
         gain: mean(&gains),
@@ -414,13 +414,13 @@ mod tests {
     }
 
     #[test]
-    fn a_gain_is_held_against_its_own_spread() {
-        let held = held_against(&[1.0, 2.0, 3.0, 2.0], &[2.0, 2.5, 4.0, 1.5]);
-        assert_eq!((held.mean, held.gain, held.better), (2.0, 0.5, 0.75));
+    fn a_gain_is_compared_with_its_own_spread() {
+        let compared = compare(&[1.0, 2.0, 3.0, 2.0], &[2.0, 2.5, 4.0, 1.5]);
+        assert_eq!((compared.mean, compared.gain, compared.better), (2.0, 0.5, 0.75));
         // Deviations of the gains from 0.5: 0.5, 0, 0.5, -1; of the errors from 2: -1, 0, 1, 0.
-        assert!((held.gain_error.unwrap() - (1.5f64 / 3.0 / 4.0).sqrt()).abs() < 1e-12);
-        assert!((held.standard_error.unwrap() - (2.0f64 / 3.0 / 4.0).sqrt()).abs() < 1e-12);
-        let one = held_against(&[1.0], &[2.0]);
+        assert!((compared.gain_error.unwrap() - (1.5f64 / 3.0 / 4.0).sqrt()).abs() < 1e-12);
+        assert!((compared.standard_error.unwrap() - (2.0f64 / 3.0 / 4.0).sqrt()).abs() < 1e-12);
+        let one = compare(&[1.0], &[2.0]);
         assert_eq!((one.gain, one.standard_error, one.gain_error), (1.0, None, None));
     }
 }

@@ -90,7 +90,7 @@ impl<'a> Probe<'a> {
     ) -> Result<Self, LandmarkError> {
         let library = Library::of_database(database)?;
         let estimator = Estimator::of(&library);
-        let learned = (model.source == Source::Given).then(|| taste(model, &estimator)).flatten();
+        let learned = (model.source == Source::Given).then(|| learn_labels(model, &estimator)).flatten();
         // An action that lacks a style is not in the database and has no output.
         let actions: Vec<usize> = (0..corpus.actions.len())
             .filter(|&a| database.classes().any(|c| usize::from(c.action) == a))
@@ -118,7 +118,7 @@ impl<'a> Probe<'a> {
     /// The Effort of an input's output without foot lock; `None` where it can't be rated. The lock changes landings by a
     /// frame more or less, which is no part of the style; on runs, whose flow hardly differs between styles, that would
     /// be as much as the styles' whole range.
-    fn see(&self, mix: &[f64], (clip, action): &(Clip, usize)) -> Option<Factors> {
+    fn rate(&self, mix: &[f64], (clip, action): &(Clip, usize)) -> Option<Factors> {
         let style = mix.iter().enumerate().map(|(s, w)| (s as u16, *w as f32)).collect();
         let config = Config::new().contacts(false);
         let request = Request { config, style, action: Some(*action as u16), ..Request::style(0) };
@@ -133,27 +133,27 @@ impl<'a> Probe<'a> {
     }
 
     /// The Effort of every input's output.
-    fn look(&self, mix: &[f64]) -> Option<Vec<Factors>> {
-        self.inputs.par_iter().map(|input| self.see(mix, input)).collect()
+    fn rate_all(&self, mix: &[f64]) -> Option<Vec<Factors>> {
+        self.inputs.par_iter().map(|input| self.rate(mix, input)).collect()
     }
 
     /// Rates several mixes, and drops the inputs that can't be rated at one of them: a quick style can make a short clip
     /// too short.
-    fn settle(&mut self, mixes: &[Vec<f64>]) -> Vec<Vec<Factors>> {
+    fn rate_where_all_can(&mut self, mixes: &[Vec<f64>]) -> Vec<Vec<Factors>> {
         let seen: Vec<Option<Vec<Factors>>> = self
             .inputs
             .par_iter()
-            .map(|input| mixes.par_iter().map(|mix| self.see(mix, input)).collect())
+            .map(|input| mixes.par_iter().map(|mix| self.rate(mix, input)).collect())
             .collect();
-        let mut told = seen.iter().map(Option::is_some);
-        self.inputs.retain(|_| told.next().unwrap_or(false));
+        let mut can = seen.iter().map(Option::is_some);
+        self.inputs.retain(|_| can.next().unwrap_or(false));
         let kept: Vec<Vec<Factors>> = seen.into_iter().flatten().collect();
         (0..mixes.len()).map(|m| kept.iter().map(|of_input| of_input[m]).collect()).collect()
     }
 }
 
 /// People's labels as functions of the estimates, by ridge regression with the kernel of least cross-validation error.
-fn taste(model: &Model, estimator: &Estimator) -> Option<[Machine; 3]> {
+fn learn_labels(model: &Model, estimator: &Estimator) -> Option<[Machine; 3]> {
     let library = &model.library;
     let seen: Vec<(Vec<f64>, Factors)> = library
         .fragments
@@ -213,7 +213,7 @@ pub fn solve(
     let alone = |i: usize| -> Vec<f64> { (0..used.len()).map(|j| f64::from(u8::from(i == j))).collect() };
     let mut mixes: Vec<Vec<f64>> = (0..used.len()).map(|i| spread_over(&alone(i))).collect();
     mixes.push(even.clone());
-    let mut vertices = probe.settle(&mixes);
+    let mut vertices = probe.rate_where_all_can(&mixes);
     bar.inc(mixes.len() as u64);
     let middle = vertices.pop().unwrap_or_default();
     if middle.is_empty() {
@@ -229,7 +229,7 @@ pub fn solve(
                 let t = place as f64 / PLACES as f64;
                 let mix: Vec<f64> = even.iter().zip(&end).map(|(c, e)| c + t * (e - c)).collect();
                 // Where an output is too short to rate, the line ends.
-                let Some(seen) = probe.look(&mix) else { break };
+                let Some(seen) = probe.rate_all(&mix) else { break };
                 bar.inc(1);
                 sweep.seen.push(seen);
                 sweep.mixes.push(mix);

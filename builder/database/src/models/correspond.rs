@@ -221,8 +221,7 @@ mod tests {
         let full = aligned(warp::MAX_FRAMES - 1, 600.0, Correspondence::Phase);
         let long = aligned(4 * warp::MAX_FRAMES - 5, 2400.0, Correspondence::Phase);
         let ([off, _], [off_long, time]) = (measured(&full), measured(&long));
-        println!("off {off:.4} and {off_long:.4}");
-        assert!(off_long < off + 0.005 && (time / 2723.0 - 1.0).abs() < 0.03, "{off_long}, {time}");
+        assert!(off_long < off + 0.005 && (time / 2723.0 - 1.0).abs() < 0.03, "{off}, {off_long}, {time}");
     }
 
     #[test]

@@ -288,7 +288,6 @@ mod tests {
         };
         let full = measured(1000, usize::MAX);
         let [thinned, long] = [1000, 3000].map(|frames| measured(frames, warp::MAX_FRAMES));
-        println!("1000 frames whole: {full:.5} off, thinned: {thinned:.5}; 3000: {long:.5}");
         assert!(full < 0.005 && thinned < full && long < full, "{full} {thinned} {long}");
     }
 

@@ -53,32 +53,32 @@ pub struct Annotator {
     body: Body,
     rate_hz: f64,
     /// Mean and standard deviation of each descriptor, by action.
-    habits: Vec<[(f64, f64); 3]>,
+    usual: Vec<[(f64, f64); 3]>,
     seed: u64,
 }
 
 impl Annotator {
     /// An annotator who has seen the fragments of a library.
     pub fn of(library: &Library, eye: Eye, seed: u64) -> Self {
-        let habits = (0..library.actions.len())
+        let usual = (0..library.actions.len())
             .map(|action| {
                 let seen: Vec<Factors> = library
                     .fragments
                     .iter()
                     .filter(|f| f.action == action)
-                    .filter_map(|f| eye.see(&library.body, &f.rows, library.rate_hz))
+                    .filter_map(|f| eye.numbers(&library.body, &f.rows, library.rate_hz))
                     .collect();
                 std::array::from_fn(|k| moments(seen.iter().map(|d| d[k]), eye.least()))
             })
             .collect();
-        Self { eye, body: library.body.clone(), rate_hz: library.rate_hz, habits, seed }
+        Self { eye, body: library.body.clone(), rate_hz: library.rate_hz, usual, seed }
     }
 
     /// What the annotator notes of a motion: the same motion is noted the same way.
     pub fn note(&self, rows: &[Vec<f64>], action: usize) -> Option<Factors> {
-        let found = self.eye.see(&self.body, rows, self.rate_hz)?;
-        let habit = &self.habits[action];
-        let d: Factors = std::array::from_fn(|k| (found[k] - habit[k].0) / habit[k].1);
+        let found = self.eye.numbers(&self.body, rows, self.rate_hz)?;
+        let usual = &self.usual[action];
+        let d: Factors = std::array::from_fn(|k| (found[k] - usual[k].0) / usual[k].1);
         let (weight, flow) = match self.eye {
             Eye::Descriptors => (1.8, 0.5),
             Eye::Force => (1.5, 0.3),
@@ -94,10 +94,10 @@ impl Annotator {
 
 impl Eye {
     /// The numbers that it goes by.
-    fn see(self, body: &Body, rows: &[Vec<f64>], rate_hz: f64) -> Option<Factors> {
+    fn numbers(self, body: &Body, rows: &[Vec<f64>], rate_hz: f64) -> Option<Factors> {
         match self {
             Self::Descriptors => descriptors(body, rows, rate_hz),
-            Self::Force => felt(body, rows, rate_hz),
+            Self::Force => force(body, rows, rate_hz),
         }
     }
 
@@ -111,7 +111,7 @@ impl Eye {
 }
 
 /// The descriptor of flow, mean squared speed and mean squared acceleration.
-fn felt(body: &Body, rows: &[Vec<f64>], rate_hz: f64) -> Option<Factors> {
+fn force(body: &Body, rows: &[Vec<f64>], rate_hz: f64) -> Option<Factors> {
     let [flow, _, _] = descriptors(body, rows, rate_hz)?;
     let frames = walk(body, rows, rate_hz);
     let positions: Vec<Vec<Vector3<f64>>> = frames.iter().map(|f| f.positions(&body.skeleton)).collect();

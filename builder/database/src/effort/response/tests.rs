@@ -55,7 +55,7 @@ fn a_clip_that_is_too_short_costs_no_dial() {
     let inputs = |corpus: &Corpus| {
         let mut probe = Probe::of(&database, corpus, &model, 0).unwrap();
         let before = probe.inputs.len();
-        let seen = probe.settle(&[vec![1.0, 0.0], vec![0.0, 1.0]]);
+        let seen = probe.rate_where_all_can(&[vec![1.0, 0.0], vec![0.0, 1.0]]);
         assert!(seen.iter().all(|s| s.len() == probe.inputs.len()));
         (before, probe.inputs.len())
     };

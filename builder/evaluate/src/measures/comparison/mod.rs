@@ -32,11 +32,7 @@ const GENERATED: usize = 8;
 
 /// Options of `gestus evaluate methods`.
 #[derive(clap::Args, Debug, Default)]
-pub struct Args {
-    // Always so; accepted since `loo` and `exact` have it.
-    #[arg(long, hide = true)]
-    gaussian_process: bool,
-}
+pub struct Args;
 
 impl OnClips for Args {
     const USES: Uses = Uses::ALL;

@@ -5,7 +5,7 @@ use gestus_database::{
     effort::{
         Factors, NAMES, Source,
         fragment::Library,
-        learn::{Method, errors, held_against, means},
+        learn::{Method, compare, errors, means},
         model::{BLENDS, MIN_BLENDS, Model, draw},
         sheet::{SEEDS, selected},
     },
@@ -92,12 +92,12 @@ fn compared(errors: &[Vec<Factors>], of: &Value, sizes: &Value) -> Vec<table::Ro
     for (m, method) in Method::ALL.iter().enumerate() {
         for (k, factor) in NAMES.iter().enumerate() {
             let of_method = |m: usize| errors.iter().map(|e| e[m][k]).collect::<Vec<f64>>();
-            let held = held_against(&of_method(m), &of_method(0));
+            let compared = compare(&of_method(m), &of_method(0));
             let mut row = evaluation::row(of.clone());
             row.extend(evaluation::row(json!({
-                "method": method.name(), "factor": factor, "mse": held.mean,
-                "standard_error": held.standard_error,
-                "gain": held.gain, "gain_error": held.gain_error, "better": held.better,
+                "method": method.name(), "factor": factor, "mse": compared.mean,
+                "standard_error": compared.standard_error,
+                "gain": compared.gain, "gain_error": compared.gain_error, "better": compared.better,
             })));
             row.extend(evaluation::row(sizes.clone()));
             rows.push(row);

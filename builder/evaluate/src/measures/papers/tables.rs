@@ -92,7 +92,7 @@ pub const TABLES: &[Table] = &[
         paper: "Gaussian processes: good on one pair of walks, poor on heterogeneous motion; the method is good labelled and \
                 unlabelled",
         differs: "numbers instead of good and poor; generated pairs and pairs by rule beside captured clips",
-        run: |e| comparison::Args::default().evaluate(e),
+        run: |e| comparison::Args.evaluate(e),
         keys: ("set method", ERRORS),
         long: true,
         ..TABLE

@@ -1,13 +1,13 @@
-//! The ways to transfer that are compared.
+//! The variants of the transfer that are compared.
 
 use gestus_database::models::statistic::transfer::Options;
 
-/// A way to transfer, by name.
-pub(super) type Way = (&'static str, fn() -> Options);
+/// A variant, by name.
+pub(super) type Variant = (&'static str, fn() -> Options);
 
-/// The ways to transfer: ours, which weighs frames by the warp; the paper's, through the warp and back; and with Euler
+/// The variants: ours, which weighs frames by the warp; the paper's, through the warp and back; and with Euler
 /// angles, which the paper holds against its own.
-pub(super) const METHODS: [Way; 3] = [
+pub(super) const METHODS: [Variant; 3] = [
     ("transfer", Options::default),
     ("transfer-literal", || Options { literal: true, ..Options::default() }),
     ("transfer-euler", || Options { euler: true, ..Options::default() }),

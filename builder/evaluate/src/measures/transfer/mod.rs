@@ -7,8 +7,8 @@
 //! | `table-1` | four pairs like those of the paper's Table 1: the time of each step |
 //! | `singular` | generated motion at the pole of Euler angles (Figure 2) |
 
+mod methods;
 mod singular;
-mod ways;
 
 use anyhow::Result;
 use gestus_database::models::statistic::transfer::{Options, Transferred, transfer};
@@ -22,7 +22,7 @@ use crate::{
     measures::{OnClips, Uses},
     report::table,
 };
-use ways::METHODS;
+use methods::METHODS;
 
 /// Options of `gestus evaluate transfer`.
 #[derive(clap::Args, Debug)]
@@ -51,7 +51,8 @@ impl OnClips for Args {
             about: "The style of one clip given to another by mean and standard deviation of its joints. `transfer` weighs \
                     frames by the time warp, `transfer-literal` takes them through the warp and back as the paper does, \
                     `transfer-euler` does so with Euler angles. `from_ours_deg` is the mean angle of a joint from `transfer`'s. \
-                    Times are medians over runs, in milliseconds. `arm_speed_ratio` is how fast an arm at the pole of its Euler \
+                    Times are in milliseconds: of one run in rows `clips`, of the run of five whose warp takes the \
+                    median time in rows `table-1`. `arm_speed_ratio` is how fast an arm at the pole of its Euler \
                     angles turns at most, over the fastest it does in source and reference."
                 .into(),
             keys: vec!["part", "method", "pair"],

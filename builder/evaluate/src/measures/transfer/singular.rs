@@ -15,7 +15,7 @@ use gestus_motion::{
 };
 use serde_json::json;
 
-use super::ways::METHODS;
+use super::methods::METHODS;
 use crate::{
     evaluation::row,
     metrics::{performance::Performance, speed::speeds, third_difference},
