@@ -4,7 +4,7 @@
 #[allow(dead_code, reason = "other tests use more of it")]
 mod common;
 
-use std::{fs, path::Path, process::Command};
+use std::{collections::HashSet, fs, path::Path, process::Command};
 
 use gestus_motion::{clip::Clip, formats::bvh::Bvh, unit::Unit};
 
@@ -255,6 +255,38 @@ fn a_database_without_one_of_its_actions_has_a_dial() {
     for style in ["neutral", "proud"] {
         assert!(figures["effort"]["of_styles"][style]["weight"].is_number(), "{}", figures["effort"]);
     }
+    // What the dial does not reach was told twice.
+    let [clip, out] = ["data/run_neutral_1.bvh", "out.bvh"].map(|n| folder.join(n));
+    let [clip, out] = [&clip, &out].map(|p| p.to_str().unwrap());
+    let wanted = "flow=3,weight=3,time=3";
+    let (ok, stderr) = gestus(&["translate", "--db", db, "--input", clip, "-o", out, "--effort", wanted]);
+    let lines: Vec<&str> = stderr.lines().filter(|line| line.starts_with("--effort: ")).collect();
+    assert!(ok && !lines.is_empty() && lines.iter().collect::<HashSet<_>>().len() == lines.len(), "{stderr}");
+}
+
+/// The message had the style's number.
+#[test]
+fn a_style_without_linear_models_is_named() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("few");
+    let [data, db] = ["data", "k.gestus"].map(|n| folder.join(n).to_str().unwrap().to_owned());
+    let synth = ["synth", "--actions", "walk", "--styles", "neutral,proud", "--clips", "2", "--seconds", "3"];
+    let (ok, stderr) = gestus(&[&synth[..], &["-o", &data]].concat());
+    assert!(ok, "{stderr}");
+    let (ok, stderr) = gestus(&["build", "--data", &data, "--rate", "3", "-o", &db]);
+    assert!(ok && stderr.contains("the clips of the style proud are too few"), "{stderr}");
+}
+
+/// A robot was blamed where there was no clip.
+#[test]
+fn a_measure_of_a_database_says_that_a_folder_is_empty() {
+    let [folder, _, db] = walks("measure");
+    let [none, out] = ["none", "out"].map(|n| folder.join(n));
+    fs::create_dir(&none).unwrap();
+    let [none, db, out] = [&none, &db, &out].map(|p| p.to_str().unwrap());
+    for measure in ["retarget", "servo"] {
+        let (ok, stderr) = gestus(&["evaluate", measure, "--db", db, "--data", none, "-o", out]);
+        assert!(!ok && stderr.contains("there is no clip in it"), "{stderr}");
+    }
 }
 
 /// What a board's program needs to know of a database: its capacities and the numbers of what it sets. The columns of the
@@ -351,7 +383,7 @@ fn nothing_is_left_out_under_strict() {
     let (ok, stderr) = gestus(&build);
     assert!(!ok && !Path::new(db).exists(), "{stderr}");
     for wanted in [
-        "2 files or clips can't be used (--strict",
+        "files or clips that can't be used: 2 (--strict",
         "of action run, which lacks proud (run_neutral_1, run_weird_1)",
         "    styles = [\"neutral\", \"weird\"]",
     ] {

@@ -47,7 +47,7 @@ fn built(files: &[PathBuf; 2], options: &[&str]) -> Value {
 fn what_can_not_be_is_refused_and_nothing_is_written() {
     let files = files("refused");
     for (options, said) in [
-        (&["--fit", "z80"][..], "z80: unknown part; there are rp2040, rp2350"),
+        (&["--fit", "z80"][..], "--fit z80: there is no such part: there are rp2040, rp2350"),
         (&["--fit", "z80"], "m4f for stm32f405"),
         (&["--fps", "30"], "--fit <BOARD>"),
         (&["--fit", "rp2040", "--bytes", "1M"], "cannot be used with"),

@@ -48,8 +48,9 @@ pub fn run(source: Source, setup: bool) -> Result<Vec<String>> {
     let files = Files::make()?;
     let mut missing = Vec::new();
     match validator(setup) {
-        Some(folder) if has_node => validate(&files, &folder)?,
-        _ => missing.push(format!("no {VALIDATOR} (`--setup` gets it with npm)")),
+        _ if !has_node => missing.push("no node".into()),
+        Some(folder) => validate(&files, &folder)?,
+        None => missing.push(format!("no {VALIDATOR} (`--setup` gets it with npm)")),
     }
     if let Some(browser) = tools::browser() {
         in_browser(browser, &files)?;

@@ -48,6 +48,20 @@ pub fn check_once<'a>(names: impl IntoIterator<Item = &'a str>) -> Result<(), Li
     }
 }
 
+/// Most items that a message names.
+pub(crate) const NAMED: usize = 3;
+
+/// The first items of a list, and how many `more` there are; `None` where there is none.
+pub(crate) fn first_of(items: impl IntoIterator<Item = String>, more: &str) -> Option<String> {
+    let mut list: Vec<String> = items.into_iter().collect();
+    let count = list.len();
+    if count > NAMED {
+        list.truncate(NAMED);
+        list.push(format!("{} {more}", count - NAMED));
+    }
+    (count > 0).then(|| list.join(", "))
+}
+
 /// Refuses a list of faults that has none: nothing, or the `seed` of their random numbers alone. `expected` are the faults.
 ///
 /// # Errors

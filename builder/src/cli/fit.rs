@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use gestus_database::{
     build::{BuildOptions, Built},
     data_folder::config::Config,
@@ -12,10 +12,10 @@ use gestus_database::{
         names,
     },
 };
-use gestus_motion::corpus::Corpus;
-
-/// Frames a second that can be asked for.
-const FPS: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
+use gestus_motion::{
+    clip::{RATES_HZ, expected_rate},
+    corpus::Corpus,
+};
 
 /// The part that a database is built for.
 #[derive(clap::Args)]
@@ -35,10 +35,10 @@ impl FitArgs {
     /// Looks the part up, and sets the rate of the database to the frames a second if `rate` is not given.
     pub fn wanted(&self, config: &mut Config, rate: Option<f64>) -> Result<Option<Wanted>> {
         let Some(board) = &self.fit else { return Ok(None) };
-        let (board, part) = names::find_with_name(board).context("--fit")?;
+        let (board, part) = names::find_with_name(board).map_err(|error| anyhow!("--fit {error}"))?;
         if let Some(fps) = self.fps {
-            if !FPS.contains(&fps) {
-                bail!("--fps {fps}: frames a second from 1 to 1000");
+            if !RATES_HZ.contains(&fps) {
+                bail!("--fps {fps}: {}", expected_rate());
             }
             if let Some(rate) = rate.filter(|&rate| rate > fps) {
                 bail!(

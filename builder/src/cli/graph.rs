@@ -4,7 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use gestus_database::{
-    command_line::options::ReportArgs,
+    command_line::{
+        options::ReportArgs,
+        outputs::{counted, counted_as},
+    },
     motion_graph::{Label, MotionGraph, Walk, WalkOptions},
 };
 use gestus_evaluate::report::table;
@@ -70,12 +73,11 @@ pub fn run(args: &Args) -> Result<()> {
         },
         || {
             format!(
-                "{}: {} frames, {} transitions between joints {mean_cm:.1} cm apart ({max_cm:.1} at most), {visited} of {} \
-                 classes; labels in {}",
+                "{}: {} frames, {} between joints {mean_cm:.1} cm apart ({max_cm:.1} at most), {visited} of {}; labels in {}",
                 args.output.display(),
                 walk.clip.frames.len(),
-                walk.transitions.len(),
-                classes.len(),
+                counted(walk.transitions.len(), "transition"),
+                counted_as(classes.len(), ["class", "classes"]),
                 labels.display()
             )
         },

@@ -84,7 +84,7 @@ impl RobotArgs {
             check_qpos(&robot).with_context(name)?;
         }
         let mut machine = Machine::new(database, robot, &map).with_context(name)?;
-        // Who takes angles has no hobby servos.
+        // Angles are asked for: doubts about servos would be noise.
         if self.servo.is_none() {
             machine.servo_doubts.clear();
         }

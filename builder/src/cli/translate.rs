@@ -8,6 +8,7 @@ use gestus_core::Database;
 use gestus_database::{
     command_line::{
         options::{ClipArgs, ReportArgs},
+        outputs::counted,
         stylizer_args::{MethodArgs, StylizerArgs},
     },
     effort::{self, sheet::caveat, synthesize},
@@ -128,23 +129,29 @@ impl clap::FromArgMatches for Given {
 }
 
 impl Args {
-    /// Streams the input with these settings, and writes the trace if `--trace` is given.
-    fn streamed(&self, database: &Database<'_>, input: &Input) -> Result<Streamed> {
-        let name = || self.common.db.display().to_string();
-        let mut request = self.stylizer_args.request(database).with_context(name)?;
+    /// What the stream is asked for. Says on standard error what is doubtful in it.
+    fn request(&self, database: &Database<'_>) -> Result<Request> {
+        let mut request =
+            self.stylizer_args.request(database).with_context(|| self.common.db.display().to_string())?;
         if self.clean_up {
             if request.bounds.is_some() {
                 bail!("--clean-up knows later frames, --timing bounded is for streams: give one of them");
             }
             request.config = request.config.contacts(false);
         }
+        Ok(request)
+    }
+
+    /// Streams the input, and writes the trace if `--trace` is given.
+    fn streamed(&self, database: &Database<'_>, input: &Input, request: &Request) -> Result<Streamed> {
+        let name = || self.common.db.display().to_string();
         let Some(path) = &self.trace else {
-            return self.stream(database, input, &request, &mut ()).with_context(name);
+            return self.stream(database, input, request, &mut ()).with_context(name);
         };
-        let mut trace = Trace::of(database, &request);
-        let streamed = self.stream(database, input, &request, &mut trace).with_context(name)?;
+        let mut trace = Trace::of(database, request);
+        let streamed = self.stream(database, input, request, &mut trace).with_context(name)?;
         trace
-            .write(path, database, &request)
+            .write(path, database, request)
             .with_context(|| format!("{} can't be written", path.display()))?;
         Ok(streamed)
     }
@@ -171,7 +178,7 @@ impl Args {
         input: &Input,
         output: &Clip,
         streamed: &Streamed,
-        verdict: &Verdict,
+        (request, verdict): (&Request, &Verdict),
     ) -> Result<String> {
         let args = &self.stylizer_args;
         let in_style = || format!("in the style {}", args.style);
@@ -184,7 +191,8 @@ impl Args {
             body: &input.mapped.skeleton,
             streamed,
         };
-        view::page(database, "Gestus", &[scene])
+        let known = view::Known::of(request);
+        view::page_of(database, "Gestus", &[scene], known)
     }
 }
 
@@ -252,13 +260,14 @@ fn one(args: &Args) -> Result<Value> {
     if let Some(wanted) = method.effort.as_ref().filter(|_| method.is_effort()) {
         return whole(common, wanted, &database, &input);
     }
-    let streamed = args.streamed(&database, &input)?;
+    let request = args.request(&database)?;
+    let streamed = args.streamed(&database, &input, &request)?;
     let mut verdict = Verdict::of(&database, &input, &streamed);
-    verdict.note_same_style(&database, &args.stylizer_args.request(&database)?);
+    verdict.note_same_style(&database, &request);
     let output = input.output(&streamed);
     open::write(&common.output, common.written(&input, &output)?)?;
     if let Some(path) = &common.page {
-        open::write(path, args.page(&database, &input, &output, &streamed, &verdict)?)?;
+        open::write(path, args.page(&database, &input, &output, &streamed, (&request, &verdict))?)?;
     }
     let mut figures = figures(&streamed);
     figures["output_frames"] = json!(output.frames.len());
@@ -278,9 +287,9 @@ fn one(args: &Args) -> Result<Value> {
     }
     if !common.report.json {
         super::say(format_args!(
-            "{}: {} frames in, {} out; {:.0} us a frame (median), {:.1} classes, {}, digest {}",
+            "{}: {} in, {} out; {:.0} us a frame (median), {:.1} classes, {}, digest {}",
             common.output.display(),
-            figures["frames"],
+            counted(streamed.steps.len(), "frame"),
             output.frames.len(),
             figures["median_us"].as_f64().unwrap_or(0.0),
             figures["classes_mean"].as_f64().unwrap_or(0.0),
@@ -336,11 +345,11 @@ fn whole(args: &CommonArgs, wanted: &str, database: &Database<'_>, input: &Input
     add(&mut figures, input.json());
     if !args.report.json {
         super::say(format_args!(
-            "{}: {} frames in, {} out, {} snippets; predicted flow {:.2}, weight {:.2}, time {:.2} ({})",
+            "{}: {} in, {} out, {}; predicted flow {:.2}, weight {:.2}, time {:.2} ({})",
             args.output.display(),
-            figures["frames"],
-            figures["output_frames"],
-            output.choices.len(),
+            counted(input.mapped.frames.len(), "frame"),
+            clip.frames.len(),
+            counted(output.choices.len(), "snippet"),
             mean[0],
             mean[1],
             mean[2],

@@ -129,6 +129,9 @@ fn numbers_are_found_in_the_file_beside_it_and_in_data_uris() {
     let marked = [b"\xef\xbb\xbf", &walk().text(&uri).0[..]].concat();
     assert_eq!(one(&marked).unwrap().poses, beside.poses);
     assert_eq!(one(&walk().text(uri.trim_end_matches('=')).0).unwrap().poses, beside.poses);
+    // Was an empty buffer, and the file was called damaged.
+    let error = one(&walk().text("data:application/octet-stream,%00%01").0).unwrap_err();
+    assert!(matches!(error.kind, GltfErrorKind::DataUri { buffer: 0, .. }), "{error}");
     let error = parse(&text, "hero.gltf", &nothing_beside).unwrap_err();
     assert!(
         matches!(&error.kind, GltfErrorKind::Buffer { buffer: 0, uri, .. } if uri == "my%20numbers.bin"),

@@ -117,7 +117,9 @@ fn run_case(case: &Case, programs: &Path, outputs: &Path) -> Result<()> {
     // What a command tells people may change; it is kept to be read when the command fails.
     let messages = folder.with_extension("stderr");
     run.stderr(fs::File::create(&messages)?);
-    let status = run.status().with_context(|| format!("{} can't be started", programs.display()))?;
+    let status = run
+        .status()
+        .with_context(|| format!("{} can't be started", program(programs, case.program).display()))?;
     ensure!(
         status.success(),
         "{}: `{}` failed ({status}):\n{}",

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::{clips::Clips, frames::Frames, options::BuildError};
 use crate::{
-    blob::rows::{PackedRows, choose_steps, pack},
+    blob::rows::{PackError, PackedRows, choose_steps, pack},
     pairing::Pairing,
     search::{
         falls::falls,
@@ -167,7 +167,8 @@ impl Index {
             let cure = "use fewer clips (--limit)";
             return Err(BuildError::too_many("cycles and prototypes", cycles.len(), most, cure));
         }
-        let packed = pack(&rows, &shared.steps, options.block_rows)?;
+        let packed = pack(&rows, &shared.steps, options.block_rows)
+            .map_err(|error| located(&error, &clip_table, clips))?;
 
         let space = &features.space;
         let codes: Vec<Vec<i8>> = first_frames
@@ -215,6 +216,19 @@ impl Index {
             graphs,
             searchable: counts,
         })
+    }
+}
+
+/// The clip and the frame of a row that could not be packed; `clip_table` has first row and number of rows of every clip.
+fn located(error: &PackError, clip_table: &[(usize, usize)], clips: &Clips<'_>) -> BuildError {
+    let &PackError::TooLarge { dof, row, value } = error;
+    let clip = clip_table.partition_point(|&(first, _)| first <= row).saturating_sub(1);
+    let name = clips.examples.get(clip).map_or("the mean of several cycles", |e| e.clip.name.as_str());
+    BuildError::TooLarge {
+        clip: name.to_owned(),
+        frame: row - clip_table[clip].0,
+        dof: clips.body.dof_names().swap_remove(dof),
+        value,
     }
 }
 
@@ -287,4 +301,22 @@ fn timing_metric(body: &Body, dofs: &[Vec<Vec<f64>>]) -> Vec<(usize, f64, f64)> 
     found.sort_by(|a, b| b.0.total_cmp(&a.0));
     found.truncate(MAX_TIMING);
     found.into_iter().map(|(pose, d, change)| (d, 1.0 / pose.max(1e-8), 1.0 / change.max(1e-8))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{build::BuildOptions, synth};
+
+    #[test]
+    fn a_number_that_is_too_large_is_named_by_its_clip_and_frame() {
+        let corpus = synth::corpus(&synth::Options::of(&["walk"], &["neutral"], 2, 2.0)).unwrap();
+        let options = BuildOptions::default();
+        let clips = Clips::new(&corpus, &options).unwrap();
+        let table = [(0, clips.dofs[0].len()), (clips.dofs[0].len(), clips.dofs[1].len())];
+        let error = PackError::TooLarge { dof: dof::FORWARD, row: table[1].0 + 3, value: 9e9 };
+        let error = located(&error, &table, &clips);
+        let BuildError::TooLarge { clip, frame: 3, dof, .. } = &error else { panic!("{error}") };
+        assert_eq!((clip, dof.as_str()), (&clips.examples[1].clip.name, "root.forward"));
+    }
 }

@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::{
-    blob::rows::PackError,
     pairing::Scheme,
     search::groups::{Chosen, GroupError},
 };
@@ -89,9 +88,18 @@ pub enum BuildError {
     /// The joint groups.
     #[error(transparent)]
     Groups(#[from] GroupError),
-    /// The rows.
-    #[error(transparent)]
-    Pack(#[from] PackError),
+    /// A number that is too large to be stored.
+    #[error("{clip}, frame {frame}: {dof} is {value}, more than can be stored: is the clip broken there?")]
+    TooLarge {
+        /// The clip.
+        clip: String,
+        /// The frame in it, from 0.
+        frame: usize,
+        /// Name of the dof.
+        dof: String,
+        /// The number.
+        value: f32,
+    },
     /// More of something than the format holds.
     #[error("{what}: {have}, and the format holds {most}: {cure}")]
     TooMany {
@@ -123,7 +131,7 @@ pub enum BuildError {
     )]
     Unpaired(String),
     /// The blob does not open: a bug of the builder.
-    #[error("the blob that was built does not open ({0}): this is a bug of the builder, please report it")]
+    #[error("the blob that was built does not open; this is a bug of the builder, please report it")]
     Blob(#[from] BlobError),
 }
 

@@ -49,7 +49,7 @@ fn sections(
     let correspondence = if options.warp_gaits { Correspondence::Refined } else { Correspondence::Phase };
     let wanted = Wanted {
         from: source_style(corpus, options)?,
-        styles: corpus.styles.len(),
+        styles: &corpus.styles,
         by_action: options.models_by_action,
         rounds: options.mean_rounds,
     };

@@ -231,6 +231,16 @@ pub fn note(line: impl std::fmt::Display) {
     let _ = writeln!(std::io::stderr(), "{}", escaped(&line.to_string()));
 }
 
+/// A number of things in words: `1 clip`, `2 clips`.
+pub fn counted(count: usize, what: &str) -> String {
+    counted_as(count, [what, &format!("{what}s")])
+}
+
+/// The same for a word whose plural has another ending: `1 class`, `2 classes`.
+pub fn counted_as(count: usize, [one, many]: [&str; 2]) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
 /// Parses the words of a command line, of which the first is the program. One that cannot be parsed ends the program with
 /// a message, in JSON too if the command was asked for it.
 pub fn matches(command: Command, words: impl IntoIterator<Item = OsString>) -> ArgMatches {
@@ -378,6 +388,12 @@ mod tests {
         let json = serde_json::json!({ "name": "\u{1b}[2J\u{9b}\u{7f}" });
         let read: serde_json::Value = serde_json::from_str(&escaped(&json.to_string())).unwrap();
         assert_eq!(read, json);
+    }
+
+    #[test]
+    fn one_thing_is_no_plural() {
+        assert_eq!([0, 1, 2].map(|n| counted(n, "clip")), ["0 clips", "1 clip", "2 clips"]);
+        assert_eq!([1, 2].map(|n| counted_as(n, ["class", "classes"])), ["1 class", "2 classes"]);
     }
 
     /// A clip whose name is mistyped is reported when it is read, not as an output that can't be written.

@@ -39,6 +39,7 @@ use crate::{
     },
 };
 use gestus_motion::{
+    clip::{RATES_HZ, expected_rate},
     files::{self, MAX_SETTINGS_BYTES},
     unit::Unit,
 };
@@ -161,7 +162,7 @@ pub enum AnnotateError {
     #[error("{file}: pattern `{pattern}`: {problem}")]
     Pattern { file: String, pattern: String, problem: PatternError },
     #[error("{file}: `{key}` is {found}; expected {expected}")]
-    Value { file: String, key: &'static str, found: String, expected: String },
+    Value { file: String, key: String, found: String, expected: String },
     #[error(
         "{file}: its name doesn't say action and style; add a pattern like \"{}\" to `patterns` in {FILE_NAME}, or the file \
          to the table `files`",
@@ -192,11 +193,11 @@ impl Config {
                 problem,
             })?;
         }
-        let value = |key, found: String, expected: String| {
-            Err(AnnotateError::Value { file: file(), key, found, expected })
+        let value = |key: &str, found: String, expected: String| {
+            Err(AnnotateError::Value { file: file(), key: key.to_owned(), found, expected })
         };
-        if !(1.0..=1000.0).contains(&config.rate_hz) {
-            return value("rate_hz", config.rate_hz.to_string(), "frames a second from 1 to 1000".into());
+        if !RATES_HZ.contains(&config.rate_hz) {
+            return value("rate_hz", config.rate_hz.to_string(), expected_rate());
         }
         if !(1..=8).contains(&config.build.window) {
             return value("build.window", config.build.window.to_string(), "1 to 8 frames".into());
@@ -224,9 +225,10 @@ impl Config {
                 return value(key, unit.clone(), expected.into());
             }
         }
-        let too_far = |metres: &&f64| !FLOORS_M.contains(*metres);
-        if let Some(metres) = config.floor.iter().chain(config.floors.values()).find(too_far) {
-            return value("floor", metres.to_string(), expected_floor());
+        let floor = config.floor.iter().map(|metres| ("floor".to_owned(), metres));
+        let floors = config.floors.iter().map(|(clip, metres)| (format!("floors.\"{clip}\""), metres));
+        if let Some((key, metres)) = floor.chain(floors).find(|(_, metres)| !FLOORS_M.contains(*metres)) {
+            return value(&key, metres.to_string(), expected_floor());
         }
         if let Some((found, _)) = config.files.iter().find(|(_, e)| e.action.is_empty() || e.style.is_empty())
         {

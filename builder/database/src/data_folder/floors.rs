@@ -9,8 +9,11 @@
 
 use rayon::prelude::*;
 
-use super::{config::FILE_NAME, left_out::first_of};
-use crate::registration::floor::{LEVEL_M, Supports, standing};
+use super::config::FILE_NAME;
+use crate::{
+    list::first_of,
+    registration::floor::{LEVEL_M, Supports, standing},
+};
 use gestus_motion::{
     clip::Clip,
     landmarks::Landmarks,

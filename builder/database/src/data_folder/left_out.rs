@@ -6,20 +6,7 @@ use serde_json::{Value, json};
 use thiserror::Error;
 
 use super::{config::FILE_NAME, pattern::example};
-
-/// Most clips that a line names, and most files that get a line each.
-const NAMED: usize = 3;
-
-/// The first items of a list, and how many `more` there are; `None` where there is none.
-pub(super) fn first_of(items: impl IntoIterator<Item = String>, more: &str) -> Option<String> {
-    let mut list: Vec<String> = items.into_iter().collect();
-    let count = list.len();
-    if count > NAMED {
-        list.truncate(NAMED);
-        list.push(format!("{} {more}", count - NAMED));
-    }
-    (count > 0).then(|| list.join(", "))
-}
+use crate::list::{NAMED, first_of};
 
 /// Why a clip is left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -64,7 +51,7 @@ impl Reason {
     const fn words(self) -> [&'static str; 2] {
         match self {
             Self::Unreadable => ["that can't be read", "mend them, or take them out of the folder"],
-            Self::Unlabelled => ["whose names don't say action and style", "label them"],
+            Self::Unlabelled => ["without action and style in the name", "label them"],
             Self::Skeleton => [
                 "whose skeleton differs from that of most",
                 "`--rig FILE`, with one of them or a character, takes clips of all skeletons; or build a separate database \
@@ -79,8 +66,8 @@ impl Reason {
                 "give longer clips, in which the left foot strikes twice",
             ],
             Self::Leap => ["in which the body leaps", "cut them where their takes were joined"],
-            Self::Short => ["that are too short", "remove still poses from the folder"],
-            Self::Incomplete => ["that are incomplete", "add what is missing"],
+            Self::Short => ["too short", "give longer clips, or take still poses out of the folder"],
+            Self::Incomplete => ["incomplete", "add what is missing"],
         }
     }
 }
@@ -170,18 +157,12 @@ impl Group {
         }
         lines
     }
-
-    /// The first clips' names.
-    fn named(&self) -> String {
-        let mut names: Vec<&str> = self.clips.iter().take(NAMED).map(String::as_str).collect();
-        names.extend((self.clips.len() > NAMED).then_some("..."));
-        names.join(", ")
-    }
 }
 
 impl fmt::Display for Group {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {} ({}): {}", self.clips.len(), self.what, self.named(), self.advice)
+        let names = first_of(self.clips.iter().cloned(), "more").unwrap_or_default();
+        write!(f, "{} {} ({names}): {}", self.clips.len(), self.what, self.advice)
     }
 }
 
@@ -206,7 +187,7 @@ impl Refused {
 impl fmt::Display for Refused {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let count: usize = self.groups.iter().map(|group| group.clips.len()).sum();
-        write!(f, "{count} files or clips can't be used (--strict: nothing is left out):")?;
+        write!(f, "files or clips that can't be used: {count} (--strict: nothing is left out)")?;
         let groups = self.groups.iter().flat_map(Group::lines);
         self.said.iter().cloned().chain(groups).try_for_each(|line| write!(f, "\n  {line}"))
     }
@@ -280,6 +261,6 @@ mod tests {
         let many: Vec<_> = (0..9).map(|n| LeftOut::new(Reason::Unlabelled, n.to_string(), "")).collect();
         let [group] = &Group::all(&many)[..] else { panic!("one reason") };
         assert!(Config::parse(&group.change, FILE_NAME).unwrap().patterns.len() == 1);
-        assert!(group.to_string().contains("(0, 1, 2, ...)"));
+        assert!(group.to_string().contains("(0, 1, 2, 6 more)"));
     }
 }

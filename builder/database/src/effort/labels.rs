@@ -18,6 +18,7 @@ use crate::effort::{
     Factors, NAMES, POLE,
     fragment::{Library, Span},
 };
+use crate::list::first_of;
 use gestus_motion::files::{self, FileError, MAX_SETTINGS_BYTES};
 
 /// A row of the table.
@@ -57,12 +58,14 @@ pub enum LabelError {
         error: csv::Error,
     },
     /// A column that is not there.
-    #[error("{file}: there is no column `{column}`: `gestus effort` writes a table to start from")]
+    #[error("{file}: there is no column `{column}`: `gestus effort {command}` writes a table to start from")]
     Column {
         /// The file.
         file: String,
         /// The column.
         column: &'static str,
+        /// The command that writes such a table.
+        command: &'static str,
     },
     /// A value.
     #[error("{file}, line {line}: {column} is `{value}`: {need}")]
@@ -94,7 +97,10 @@ pub enum LabelError {
     #[error(transparent)]
     Landmark(#[from] gestus_motion::landmarks::LandmarkError),
     /// The clips.
-    #[error("{file}: none of its fragments are in clips of the data folder")]
+    #[error(
+        "{file}: none of its fragments are in the clips: do the names in the column `clip` fit, and is it the table of \
+         these clips?"
+    )]
     Clips {
         /// The file.
         file: String,
@@ -116,8 +122,6 @@ const COLUMNS: [&str; 13] = [
     NAMES[1],
     NAMES[2],
 ];
-/// Most rows that a doubt names.
-const NAMED: usize = 3;
 /// Frames by which an end may be off, since the table has it in rounded seconds.
 const ROUNDED: usize = 1;
 const SECONDS: &str = "a time in seconds, not negative";
@@ -179,12 +183,12 @@ pub fn parse(text: &[u8], file: &str, rate_hz: f64) -> Result<Vec<Row>, LabelErr
         *place = header
             .iter()
             .position(|h| h.trim_start_matches('\u{feff}') == column)
-            .ok_or_else(|| LabelError::Column { file: file.to_owned(), column })?;
+            .ok_or_else(|| LabelError::Column { file: file.to_owned(), column, command: "sheet" })?;
     }
     let mut rows = Vec::new();
     for record in reader.records() {
         let record = record.map_err(form)?;
-        let line = record.position().map_or(0, csv::Position::line);
+        let line = line_of(&record, text);
         let field = |c: usize| record.get(places[c]).unwrap_or("");
         let bad = |c: usize, need| LabelError::Value {
             file: file.to_owned(),
@@ -228,6 +232,14 @@ pub fn parse(text: &[u8], file: &str, rate_hz: f64) -> Result<Vec<Row>, LabelErr
     Ok(rows)
 }
 
+/// The line of a record, from 1. Its position is before empty lines that stand before it.
+pub(super) fn line_of(record: &csv::StringRecord, text: &[u8]) -> u64 {
+    let Some(place) = record.position() else { return 0 };
+    let rest = text.get(place.byte() as usize..).unwrap_or(&[]);
+    let breaks = rest.iter().take_while(|byte| matches!(byte, b'\r' | b'\n'));
+    place.line() + breaks.filter(|byte| **byte == b'\n').count() as u64
+}
+
 /// Rows with labels that a library of fragments does not use as they are: fragments of other clips, those that end after
 /// their clip, and those that are there twice.
 pub fn doubts(rows: &[Row], file: &str, library: &Library) -> Vec<String> {
@@ -238,9 +250,8 @@ pub fn doubts(rows: &[Row], file: &str, library: &Library) -> Vec<String> {
         let named = |row: &Row| format!("{} ({})", row.id, row.first.clip);
         let all = labelled.iter().enumerate().filter(|(i, row)| chosen(*i, row));
         let rows: Vec<String> = all.map(|(_, row)| named(row)).collect();
-        let first: Vec<&str> = rows.iter().take(NAMED).map(String::as_str).collect();
-        let more = if rows.len() > NAMED { ", ..." } else { "" };
-        (!rows.is_empty()).then(|| format!("{file}: {} {what}: {}{more}", rows.len(), first.join(", ")))
+        let count = rows.len();
+        Some(format!("{file}: {count} {what}: {}", first_of(rows, "more")?))
     };
     let is_cut = |row: &Row| of(row).is_some_and(|f| f.span.to + ROUNDED < row.first.to);
     let is_repeated = |i: usize, row: &Row| labelled[..i].iter().any(|other| other.first == row.first);
@@ -297,6 +308,10 @@ mod tests {
         assert!(refused("-0.1250", "1.3").contains("line 3: alpha is `1.3`"));
         assert!(refused(",0.4,1.5,", ",1.6,1.5,").contains("line 2: to_s is `1.5`"));
         assert!(refused(",0.4,", ",soon,").contains("line 2: from_s is `soon`"));
+        assert!(
+            refused("\nf1,\"a, \"\"b\"\"\",0.4,", "\n\r\n\nf1,\"a, \"\"b\"\"\",soon,")
+                .contains("line 4: from_s is `soon`")
+        );
         assert!(refused(",weight", ",heft").contains("no column `weight`"));
     }
 }

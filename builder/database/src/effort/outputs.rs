@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::effort::{
     NAMES, POLE,
-    labels::LabelError,
+    labels::{LabelError, line_of},
     model::Model,
     synthesize::{Output, translate},
 };
@@ -111,18 +111,19 @@ pub fn read(path: &Path) -> Result<Vec<Row>, LabelError> {
 pub fn parse(text: &[u8], file: &str) -> Result<Vec<Row>, LabelError> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text);
     let form = |error| LabelError::Csv { file: file.to_owned(), error };
-    let header = reader.headers().map_err(form)?;
+    let header = reader.headers().map_err(form)?.clone();
     // A column that is not there would be one that is empty.
     if let Some(column) = COLUMNS.into_iter().find(|column| !header.iter().any(|h| h == *column)) {
-        return Err(LabelError::Column { file: file.to_owned(), column });
+        return Err(LabelError::Column { file: file.to_owned(), column, command: "outputs" });
     }
     let mut rows = Vec::new();
-    for (n, row) in reader.deserialize().enumerate() {
-        let row: Row = row.map_err(form)?;
-        // The header is line 1.
+    for record in reader.records() {
+        let record = record.map_err(form)?;
+        let line = line_of(&record, text);
+        let row: Row = record.deserialize(Some(&header)).map_err(form)?;
         let bad = |column, value: String, need| LabelError::Value {
             file: file.to_owned(),
-            line: n as u64 + 2,
+            line,
             column,
             value,
             need,
@@ -192,6 +193,10 @@ mod tests {
         };
         assert!(refused(",yes", ",maybe").contains("o.csv, line 3: consistent is `maybe`"));
         assert!(refused(",2.0,", ",5,").contains("line 3: flow is `5`"));
+        // Lines are those of the file, empty ones counted.
+        let text = write(&rows).replacen("\no0002,", "\n\n\no0002,", 1).replacen(",yes", ",maybe", 1);
+        let error = parse(text.as_bytes(), "o.csv").unwrap_err();
+        assert!(matches!(error, LabelError::Value { line: 5, column: "consistent", .. }), "{error}");
         assert!(refused("weight", "heft").contains("no column `weight`"));
     }
 }

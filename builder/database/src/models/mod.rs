@@ -23,11 +23,11 @@ use statistic::table::Table;
 
 /// Which models are built.
 #[derive(Debug, Clone)]
-pub struct Wanted {
+pub struct Wanted<'a> {
     /// The style that linear models take.
     pub from: usize,
-    /// How many styles there are.
-    pub styles: usize,
+    /// Names of all styles.
+    pub styles: &'a [String],
     /// One model and table for each action, too.
     pub by_action: bool,
     /// Rounds towards the geodesic mean of rotations.
@@ -49,14 +49,15 @@ pub fn sections(
     body: &Body,
     examples: &[(&Example, &[Vec<f64>])],
     pairs: &Pairs<'_>,
-    wanted: &Wanted,
+    wanted: &Wanted<'_>,
     notes: &mut Vec<String>,
 ) -> Sections {
     let lti = match linear(pairs, wanted) {
         Ok(models) => Some(lti::section::section(wanted.from, &models)),
         Err(style) => {
             notes.push(format!(
-                "no linear models: the pairs of style {style} are too few or too short to estimate a stable model"
+                "no linear models (`--method lti`): the clips of the style {} are too few or too short; add longer clips",
+                wanted.styles[style]
             ));
             None
         }
@@ -75,7 +76,7 @@ pub fn sections(
     let feet: Vec<[Footplant; 2]> =
         actions.par_iter().map(|&action| statistic::table::feet(&of(None, action))).collect();
     let labels: Vec<_> =
-        (0..wanted.styles).flat_map(|s| actions.iter().zip(&feet).map(move |a| (s, a))).collect();
+        (0..wanted.styles.len()).flat_map(|s| actions.iter().zip(&feet).map(move |a| (s, a))).collect();
     let tables: Vec<Table> = labels
         .into_par_iter()
         .map(|(style, (&action, feet))| {
@@ -87,14 +88,14 @@ pub fn sections(
 }
 
 /// A model for each output style, or the first style without one as the error.
-fn linear(pairs: &Pairs<'_>, wanted: &Wanted) -> Result<Vec<Labelled>, usize> {
+fn linear(pairs: &Pairs<'_>, wanted: &Wanted<'_>) -> Result<Vec<Labelled>, usize> {
     let mut models = Vec::new();
     let options = n4sid::Options::default();
-    for style in (0..wanted.styles).filter(|&s| s != wanted.from) {
+    let outputs = || (0..wanted.styles.len()).filter(|&s| s != wanted.from);
+    for style in outputs() {
         let stretches = correspond::align(pairs, wanted.from, style);
-        let from_others = (0..wanted.styles).filter(|&s| s != wanted.from);
         let others: Vec<Aligned> =
-            from_others.flat_map(|other| correspond::align(pairs, other, style)).collect();
+            outputs().flat_map(|other| correspond::align(pairs, other, style)).collect();
         let estimate = |stretches: &[Aligned], others: &[Aligned]| {
             lti::estimate(stretches, others, pairs.rate_hz, &options).filter(lti::Model::is_usable)
         };

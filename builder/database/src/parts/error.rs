@@ -36,9 +36,9 @@ pub enum FitError {
     },
     /// Too little memory for the smallest database.
     #[error(
-        "{board}: {room} bytes have room beside the code, and the smallest database of these clips takes {least}, {} more: \
-         use fewer --actions, --styles or --joints{}",
-        least - room,
+        "{board}: the smallest database of these clips takes {least} bytes, {} more than the {room} that the code leaves \
+         free: use fewer --actions, --styles or --joints{}",
+        least.saturating_sub(*room),
         if *has_models { "" } else { ", or build the models too: they have no frames" }
     )]
     Flash {
@@ -71,7 +71,7 @@ pub enum FitError {
     #[error(transparent)]
     Build(#[from] anyhow::Error),
     /// A blob that was built does not open: a bug of the builder.
-    #[error("the blob that was built does not open ({0}): this is a bug of the builder, please report it")]
+    #[error("the blob that was built does not open; this is a bug of the builder, please report it")]
     Blob(#[from] BlobError),
 }
 

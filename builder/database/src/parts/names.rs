@@ -20,7 +20,7 @@ pub const EMULATED: [(&str, &str); 8] = [
 /// A name that neither a part nor an emulated board has.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error(
-    "{name}: unknown part; there are {} (`gestus-sim run --board list` prints the table), and the emulated boards, which \
+    "{name}: there is no such part: there are {} (`gestus-sim run --board list` prints the table), and the emulated boards, which \
      stand for a part: {}",
     PARTS.map(|part| part.name).join(", "),
     EMULATED.map(|(board, part)| format!("{board} for {part}")).join(", ")

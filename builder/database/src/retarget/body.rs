@@ -55,7 +55,7 @@ pub enum MapError {
     Joints { have: usize, most: usize },
     #[error("the legs of the {which} are {length_m:.2} m long: give the unit, or export the file in metres")]
     Legs { which: &'static str, length_m: f64 },
-    #[error("the encoded map is invalid: {0}")]
+    #[error("the encoded map is invalid; this is a bug of the builder, please report it")]
     Blob(#[from] BlobError),
     #[error("the clip has no frames")]
     Empty,

@@ -148,15 +148,22 @@ pub fn evaluate(database: &Database<'_>, folder: &Path) -> Result<Evaluation> {
             Ok((retarget, clip)) => {
                 rows.extend(compare(database, &retarget, &clip, config.class(folder, path).unzip()));
             }
-            Err(e) => notes.push(format!("{}: {e}", path.display())),
+            Err(e) => notes.push(format!("{}: {e:#}", path.display())),
         }
     }
     bar.finish_and_clear();
     for note in &notes {
         gestus_database::command_line::outputs::note(format_args!("left out: {note}"));
     }
+    if files.documents.is_empty() {
+        bail!("{}: there is no clip in it that can be read", folder.display());
+    }
     if rows.is_empty() {
-        bail!("{}: no clip can be mapped to the database's skeleton", folder.display());
+        bail!(
+            "{}: none of its {} clips can be mapped to the database's skeleton; the lines above say why",
+            folder.display(),
+            files.documents.len()
+        );
     }
     let trips = || rows.iter().filter(|r| r.get("method").is_some_and(|m| m == "round-trip"));
     let clips: Vec<String> = trips().map(|r| table::text(r.get("clip"))).collect();

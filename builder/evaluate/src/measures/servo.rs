@@ -17,7 +17,7 @@ use crate::{
     report::{html::Figure, table},
 };
 use gestus_database::{
-    command_line::progress,
+    command_line::{outputs::note, progress},
     data_folder::config::Config,
     robot::{
         Machine, Played, RobotMap,
@@ -62,25 +62,29 @@ fn evaluate(database: &Database<'_>, folder: &Path, robot: Robot, map: &RobotMap
     let name = robot.name.clone();
     let machine = Machine::new(database, robot, map).with_context(|| format!("robot {name}"))?;
     for doubt in &machine.doubts {
-        gestus_database::command_line::outputs::note(format_args!("robot {name}: doubt: {doubt}"));
+        note(format_args!("robot {name}: doubt: {doubt}"));
     }
     let config = Config::of_folder(folder)?;
     let options = Options { unit: config.unit(), ..Options::default() };
     let files = read_folder(folder)?;
+    for error in &files.skipped {
+        note(format_args!("left out: {error}"));
+    }
+    if files.documents.is_empty() {
+        bail!("{}: there is no clip in it that can be read", folder.display());
+    }
     let step = files.documents.len().div_ceil(CLIPS).max(1);
     let mut rows: Vec<table::Row> = Vec::new();
     let mut figures = Vec::new();
-    let bar = progress::bar(files.documents.len().div_ceil(step), "servo");
+    let tried = files.documents.len().div_ceil(step);
+    let bar = progress::bar(tried, "servo");
     for (path, document) in files.documents.iter().step_by(step) {
         bar.inc(1);
         let clip = Binding::new(document, &options).and_then(|b| b.to_clip(document));
         let clip = match clip.map_err(anyhow::Error::from).and_then(|c| onto(database, &c)) {
             Ok(clip) => clip,
             Err(e) => {
-                gestus_database::command_line::outputs::note(format_args!(
-                    "left out: {}: {e:#}",
-                    path.display()
-                ));
+                note(format_args!("left out: {}: {e:#}", path.display()));
                 continue;
             }
         };
@@ -107,7 +111,10 @@ fn evaluate(database: &Database<'_>, folder: &Path, robot: Robot, map: &RobotMap
     }
     bar.finish_and_clear();
     if rows.is_empty() {
-        bail!("{}: no clip can drive the robot", folder.display());
+        bail!(
+            "{}: none of the {tried} clips that were tried can drive the robot; the lines above say why",
+            folder.display()
+        );
     }
     Ok(Evaluation {
         what: "servo",
@@ -145,7 +152,7 @@ fn plots(machine: &Machine, played: &Played, clip: &str) -> Vec<Figure> {
         let points = (0..played.ticks.len()).map(|i| (seconds(i), value(i, &limits))).collect::<Vec<_>>();
         (played.names[h].clone(), points)
     };
-    // Eight of one side fit a plot.
+    // More than eight lines can't be told apart.
     let shown: Vec<usize> = (0..played.names.len()).take(8).collect();
     let range = |i: usize, h: usize, l: &gestus_core::robot::limits::Limits| {
         f64::from((played.ticks[i].motions[h].position - l.low) / (l.high - l.low))

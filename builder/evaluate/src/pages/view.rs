@@ -9,7 +9,7 @@ use gestus_database::{
     blob::export::class_names,
     registration::contact::contacts,
     stream::{
-        Streamed,
+        Request, Streamed,
         translate::{degraded_words, figures},
     },
 };
@@ -37,11 +37,53 @@ pub struct Scene<'a> {
     pub streamed: &'a Streamed,
 }
 
+/// What is known of the input besides its poses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Known {
+    /// Nothing.
+    Poses,
+    /// Its action.
+    Action,
+    /// Its style.
+    Style,
+    /// Both.
+    Both,
+}
+
+impl Known {
+    /// What a request says about the input.
+    pub const fn of(request: &Request) -> Self {
+        match (request.action.is_some(), request.input_style.is_some()) {
+            (false, false) => Self::Poses,
+            (true, false) => Self::Action,
+            (false, true) => Self::Style,
+            (true, true) => Self::Both,
+        }
+    }
+
+    const fn words(self) -> &'static str {
+        match self {
+            Self::Poses => "only the poses of the input are known",
+            Self::Action => "its action is known, its style is not",
+            Self::Style => "its style is known, its action is not",
+            Self::Both => "its action and style are known",
+        }
+    }
+}
+
+/// The page of some translated clips of which only the poses were known.
+///
+/// # Errors
+/// A manifest that can't be read, which `open` excludes.
+pub fn page(database: &Database<'_>, title: &str, scenes: &[Scene<'_>]) -> Result<String> {
+    page_of(database, title, scenes, Known::Poses)
+}
+
 /// The page of some translated clips.
 ///
 /// # Errors
-/// Not after `open`.
-pub fn page(database: &Database<'_>, title: &str, scenes: &[Scene<'_>]) -> Result<String> {
+/// A manifest that can't be read, which `open` excludes.
+pub fn page_of(database: &Database<'_>, title: &str, scenes: &[Scene<'_>], known: Known) -> Result<String> {
     let manifest = database.manifest()?;
     let labels: Vec<String> = database
         .classes()
@@ -72,8 +114,10 @@ pub fn page(database: &Database<'_>, title: &str, scenes: &[Scene<'_>]) -> Resul
             pages::Scene {
                 title: scene.title.clone(),
                 subtitle: format!(
-                    "input {}, one pose at a time; only the poses of the input are known. {}",
-                    scene.given.name, scene.words
+                    "input {}, one pose at a time; {}. {}",
+                    scene.given.name,
+                    known.words(),
+                    scene.words
                 ),
                 facts: facts(scene.streamed),
                 tracks: vec![

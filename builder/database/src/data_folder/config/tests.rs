@@ -58,12 +58,14 @@ fn what_cannot_be_used_is_named_by_its_key() {
         ("build.block_rows = 5", "build.block_rows"),
         ("build.features = 33", "build.features"),
         ("unit = 'foot'", "unit"),
+        ("floor = 1e9", "floor"),
+        ("floor = 1\nfloors.'a_b.bvh' = 1e9", "floors.\"a_b.bvh\""),
         ("rig_unit = 'foot'", "rig_unit"),
         ("files.a = { action = '', style = 'x' }", "files"),
     ] {
         let error = Config::parse(text, "my.toml").expect_err(text);
         let AnnotateError::Value { file, key: named, .. } = &error else { panic!("{text}: {error}") };
-        assert_eq!((file.as_str(), *named), ("my.toml", key), "{text}");
+        assert_eq!((file.as_str(), named.as_str()), ("my.toml", key), "{text}");
     }
     for (pattern, problem) in [
         ("{action}", PatternError::Missing),

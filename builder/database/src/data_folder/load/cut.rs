@@ -10,7 +10,8 @@ use rayon::prelude::*;
 
 use super::Bound;
 use crate::{
-    data_folder::left_out::{LeftOut, Reason, first_of},
+    data_folder::left_out::{LeftOut, Reason},
+    list::first_of,
     registration::{contact::low_legs, has_cycles, timeline::Kind},
     stream::course::{Course, leaps},
 };
@@ -32,10 +33,13 @@ pub(super) fn at_leaps(clips: Vec<Bound>, left_out: &mut Vec<LeftOut>) -> (Vec<B
         };
         let Clip { name, frames, rate_hz, .. } = &clip.clip;
         let by = (frames[first].root - frames[first - 1].root).norm();
-        let more =
-            if leaps.len() > 1 { format!(", and {} times more", leaps.len() - 1) } else { String::new() };
+        let more = match leaps.len() - 1 {
+            0 => String::new(),
+            1 => ", and in 1 more place".to_owned(),
+            more => format!(", and in {more} more places"),
+        };
         let said =
-            format!("{name}: the body leaps by {by:.1} m into frame {first}, at {rate_hz} a second{more}");
+            format!("{name}: the body leaps by {by:.1} m at frame {first} ({rate_hz} frames a second){more}");
         let ends = leaps.iter().copied().chain([frames.len()]);
         let starts = [0].into_iter().chain(leaps.iter().copied());
         let mut parts: Vec<[usize; 2]> = starts.zip(ends).map(|(start, end)| [start, end]).collect();

@@ -41,11 +41,8 @@ pub(super) fn of_motion(config: &Config, clips: &mut [Bound]) -> Vec<String> {
             ),
             _ => continue,
         };
-        let word = |kind: Kind| if kind == Kind::Gait { "gait" } else { "whole" };
         notes.push(format!(
-            "action {action}: {said} (`[kind]` with `{action} = \"{}\"` in {FILE_NAME} says so, `\"{}\"` says the contrary)",
-            word(other),
-            word(kind)
+            "action {action}: {said} (to choose: `[kind]` with `{action} = \"gait\"` or `{action} = \"whole\"` in {FILE_NAME})"
         ));
         for i in places {
             clips[i].annotation.kind = other;

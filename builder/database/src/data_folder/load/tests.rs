@@ -274,7 +274,7 @@ fn clips_on_floors_of_their_own_are_moved_onto_one_at_zero() {
     assert!(a.abs() < 0.04, "{a}");
     let error = Config::parse("[floors]\nx = 30000000", "c").unwrap_err();
     assert!(
-        matches!(&error, AnnotateError::Value { key: "floor", found, .. } if found == "30000000"),
+        matches!(&error, AnnotateError::Value { key, found, .. } if key == "floors.\"x\"" && found == "30000000"),
         "{error}"
     );
     let error = write("sunk", [0.0; 3]).load("[floors]\nx = 3").unwrap_err();
@@ -424,7 +424,7 @@ fn clips_are_cut_where_the_body_leaps() {
         [("punch_a_1@1", 48), ("punch_b_1", 49), ("walk_a_1", 120), ("walk_a_1@120", 120), ("walk_b_1", 120)]
     );
     assert_eq!(reasons(&loaded), [("punch_b_2", Reason::Leap)]);
-    assert!(loaded.notes.iter().any(|n| n.starts_with("walk_a_1: ") && n.contains("into frame 120")));
+    assert!(loaded.notes.iter().any(|n| n.starts_with("walk_a_1: ") && n.contains("at frame 120 ")));
 }
 
 /// Clips of games and of Mixamo: their database walked on the spot, and everything that gets along was unlike it.

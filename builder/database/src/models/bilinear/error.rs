@@ -32,8 +32,23 @@ pub enum BilinearError {
         /// The fastest possible one.
         fastest: f64,
     },
-    /// Cycles that can't be warped.
-    #[error("a cycle of {style}: {source}")]
+    /// A cycle that is too long or too short to be warped.
+    #[error(
+        "a cycle of {style} lasts {frames} frames, and the one of the input style (--from) {base}: one can be at most {slope} \
+         times as long as the other; check the files' frame times, or leave the style out (--styles)"
+    )]
+    Lengths {
+        /// Its style.
+        style: String,
+        /// Its frames.
+        frames: usize,
+        /// Frames of the cycle that it is warped onto.
+        base: usize,
+        /// How many times as long one can be as the other.
+        slope: usize,
+    },
+    /// A cycle that can't be warped for another reason.
+    #[error("a cycle of {style} can't be warped")]
     Warp {
         /// Its style.
         style: String,

@@ -25,6 +25,8 @@ pub use cuts::{Cut, SPEEDS, aligned, at_quantile, by_speed, cuts};
 pub use error::BilinearError;
 pub use walk::LoopCycle;
 
+use crate::registration::warp::WarpError;
+
 /// The bilinear model.
 #[derive(Debug, Clone)]
 pub struct Bilinear {
@@ -58,7 +60,7 @@ impl Bilinear {
     /// warped onto `base`.
     ///
     /// # Errors
-    /// [`BilinearError::Warp`] where a cycle can't be warped.
+    /// [`BilinearError::Lengths`] and [`BilinearError::Warp`] where a cycle can't be warped.
     pub fn of_cuts(
         styles: &[String],
         all: &[Vec<Cut>],
@@ -67,8 +69,9 @@ impl Bilinear {
     ) -> Result<Self, BilinearError> {
         let mut tensor = Vec::new();
         for (style, cuts) in styles.iter().zip(all) {
-            let vectors: Result<Vec<Vec<f64>>, _> = cuts.iter().map(|c| aligned(base, c, rate_hz)).collect();
-            tensor.push(vectors.map_err(|source| BilinearError::Warp { style: style.clone(), source })?);
+            let vector =
+                |cut: &Cut| aligned(base, cut, rate_hz).map_err(|error| unaligned(style, [cut, base], error));
+            tensor.push(cuts.iter().map(vector).collect::<Result<Vec<_>, _>>()?);
         }
         let speeds_m_s = (0..all[0].len()).map(|v| mean(all.iter().map(|c| c[v].speed))).collect();
         Ok(Self::analyse(&tensor, base.rows.len() - 1, base.rows[0].len(), rate_hz, speeds_m_s))
@@ -124,6 +127,15 @@ impl Bilinear {
             speeds_m_s,
             explained: [style_share, speed_share],
         }
+    }
+}
+
+/// Why a cycle can't be warped onto another.
+fn unaligned(style: &str, cuts: [&Cut; 2], error: WarpError) -> BilinearError {
+    let (style, [frames, base]) = (style.to_owned(), cuts.map(|cut| cut.rows.len() - 1));
+    match error {
+        WarpError::Lengths { slope, .. } => BilinearError::Lengths { style, frames, base, slope },
+        source => BilinearError::Warp { style, source },
     }
 }
 
@@ -188,6 +200,12 @@ mod tests {
         let fast = 1.3 * model.speeds_of(&neutral)[2];
         let [in_steps, extrapolated] = [0.0, 1.0].map(|beyond| model.cycle(&neutral, fast, beyond).unwrap());
         assert!((in_steps.cadence - 1.3).abs() < 1e-6 && extrapolated.cadence < 1.3);
+        // A cycle that lasts too long is named with its style.
+        let slow = Cut { rows: own[1].rows.iter().flat_map(|r| [r; 3]).cloned().collect(), ..own[1].clone() };
+        let cuts = [vec![base.clone(), base.clone()], vec![base.clone(), slow]];
+        let error = Bilinear::of_cuts(&corpus.styles[..2], &cuts, &base, corpus.rate_hz).unwrap_err();
+        let BilinearError::Lengths { style, slope: 2, .. } = &error else { panic!("{error}") };
+        assert_eq!(style, "proud");
         for speed in [0.0, 20.0] {
             let error = model.cycle(&neutral, speed, 0.0).unwrap_err();
             let BilinearError::Speed { slowest, fastest, .. } = error else { panic!("{error}") };

@@ -26,10 +26,7 @@ pub enum WarpError {
         frame: usize,
     },
     /// Lengths that the slope limit does not allow.
-    #[error(
-        "{from} frames can't be warped onto {to} with slopes of 1/{slope} to {slope}: resample one of them, \
-         or raise the slope limit"
-    )]
+    #[error("{from} frames can't be warped onto {to} with slopes of 1/{slope} to {slope}")]
     Lengths {
         /// Frames of the first.
         from: usize,

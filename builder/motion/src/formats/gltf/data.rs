@@ -179,9 +179,10 @@ impl<'a> Buffers<'a> {
 
     fn fetch(&self, buffer: usize, uri: &str) -> Result<Rc<[u8]>, GltfErrorKind> {
         if let Some(data) = uri.strip_prefix("data:") {
-            let text = data.split_once(";base64,").map_or("", |(_, text)| text);
-            let bytes = BASE64.decode(text);
-            return bytes.map(Rc::from).map_err(|e| GltfErrorKind::DataUri { buffer, reason: e.to_string() });
+            let wrong = |reason| GltfErrorKind::DataUri { buffer, reason };
+            let (_, text) =
+                data.split_once(";base64,").ok_or_else(|| wrong("it has no `;base64,`".into()))?;
+            return BASE64.decode(text).map(Rc::from).map_err(|e| wrong(e.to_string()));
         }
         let path = path_of(uri);
         if let Some(known) = self.beside.borrow().get(&path) {

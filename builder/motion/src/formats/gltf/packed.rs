@@ -96,8 +96,8 @@ impl Packed {
 
 fn reason(error: Error) -> &'static str {
     match error {
-        Error::InvalidStream => "its bytes are none that the codec writes",
-        Error::UnsupportedVersion => "it is of a version that did not exist in 2026",
+        Error::InvalidStream => "its bytes are damaged",
+        Error::UnsupportedVersion => "it was written by a newer version of meshoptimizer",
         Error::InvalidLayout | Error::InvalidTopology => {
             "its stride or count is not one of its mode and filter"
         }
