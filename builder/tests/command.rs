@@ -409,7 +409,6 @@ fn measures_say_what_they_do_not_use() {
     for (what, options, said) in [
         ("skate", &["--robot", "nofile"][..], "unexpected argument '--robot'"),
         ("loo", &["--splits", "3"], "unexpected argument '--splits'"),
-        ("servo", &["--db", db, "--rate", "30"], "unexpected argument '--rate'"),
         ("loo", &["--from", "nosuch"], "no style `nosuch`"),
         ("loo", &["--to", "nosuch"], "no style `nosuch`"),
         ("loo", &["--actions", "nosuch"], "no action is called `nosuch`"),
@@ -421,10 +420,12 @@ fn measures_say_what_they_do_not_use() {
     }
     // Options that are common to all measures are never refused.
     let common = ["--actions", "nosuch", "--styles", "nosuch", "--folds", "0", "--from", "no", "--to", "no"];
+    let of_clips = ["--rate", "30", "--limit", "1", "--joints", "no", "--groups", "no", "--strict"];
     for what in ["retarget", "servo"] {
-        let (ok, stderr) = measure(what, &[&["--db", db][..], &common].concat());
+        let (ok, stderr) = measure(what, &[&["--db", db][..], &common, &of_clips].concat());
         assert!(ok, "{stderr}");
-        for option in ["--actions", "--styles", "--folds", "--from", "--to"] {
+        let options = common.iter().chain(&of_clips).filter(|word| word.starts_with("--"));
+        for option in options {
             assert_eq!(stderr.matches(&format!("{option} has no effect")).count(), 1, "{stderr}");
         }
         // Each clip is of the class that its name says, and of none where it says nothing.

@@ -78,17 +78,17 @@ measures! {
     Effort(Clips<effort::Args>),
     /// Gaussian processes: accuracy, time and memory as the data grows
     GaussianProcess(Clips<growth::Args>),
-    /// Which foot stands
+    /// How well standing feet are recognised
     Contacts(Clips<contacts::Args>),
-    /// How far standing feet slide
+    /// How fast standing feet slide
     Skate(Clips<skate::Args>),
     /// Joint speeds in the first second of a stream and after a change
     Starts(Clips<starts::Args>),
-    /// Motion of actions that the database lacks: no worse than the input, and flagged
+    /// Motion of actions that the database lacks: is the output worse than the input, and does the report say so
     Cross(Clips<cross::Args>),
     /// Walks that step over something, duck or lean back: how much is kept, and how fast the output recovers
     Deviations(Clips<deviations::Args>),
-    /// Measures of the field: recognition by classifiers, Fréchet distance, skating ratio, jerk
+    /// Measures of other papers: recognition by classifiers, Fréchet distance, skating ratio, jerk
     Field(Clips<field::Args>),
     /// Sheets of drawn poses: styles over a polygon, inputs with their neighbors
     Sheets(Clips<sheets::Args>),
@@ -102,7 +102,7 @@ measures! {
     Papers(Clips<papers::Args>),
     /// Clips of other skeletons to the database of --db and back
     Retarget(OfDatabase<retarget::Args>),
-    /// A robot that follows the output of --db
+    /// A robot that follows the clips of --data, on the body of --db: limits, tracking, hands and feet
     Servo(OfDatabase<servo::Args>),
 }
 
@@ -128,14 +128,14 @@ struct Common {
     /// Test clips of each action; default: 2
     #[arg(long)]
     folds: Option<usize>,
-    /// File that says which clips are for choosing constants and which for publishing figures: all test and truth clips are
-    /// then of --set, and --folds limits them. Folds share databases
+    /// File that assigns clips to the sets `development` and `test`. Test and truth clips come from --set; --folds limits
+    /// their number
     #[arg(long, requires = "set")]
     split: Option<PathBuf>,
     /// The set of --split to measure. `development` leaves the clips of the test set out of everything
     #[arg(long, requires = "split")]
     set: Option<Set>,
-    /// The database, for measures of an existing one
+    /// The database
     #[arg(long)]
     db: Option<PathBuf>,
 }
@@ -157,8 +157,9 @@ impl Common {
     }
 }
 
-/// Says which of the common options were given and have no effect: one command line can serve several measures.
-fn note_unused<const N: usize>(options: [(&str, bool, bool); N]) {
+/// Says which of the options were given and have no effect, where each comes with whether it is given and whether it is
+/// used: one command line can serve several measures.
+fn note_unused<'a>(options: impl IntoIterator<Item = (&'a str, bool, bool)>) {
     for (option, given, used) in options {
         if given && !used {
             super::note(format_args!("{option} has no effect on this measure"));
@@ -167,7 +168,9 @@ fn note_unused<const N: usize>(options: [(&str, bool, bool); N]) {
 }
 
 /// A measure of clips.
+// Accepted, since one command line can serve several measures.
 #[derive(clap::Args)]
+#[command(mut_arg("db", |a| a.hide(true)))]
 struct Clips<M: OnClips> {
     #[command(flatten)]
     common: Common,
@@ -182,12 +185,13 @@ struct Clips<M: OnClips> {
 impl<M: OnClips> Clips<M> {
     fn run(&self) -> Result<()> {
         let Self { common, groups, measure, .. } = self;
+        let uses = measure.uses();
         note_unused([
-            ("--from", common.from.is_some(), M::USES.from),
-            ("--to", !common.to.is_empty(), M::USES.to),
-            ("--folds", common.folds.is_some(), M::USES.folds),
-            ("--split", common.split.is_some(), M::USES.folds),
-            ("--groups", groups.is_given(), M::USES.groups),
+            ("--from", common.from.is_some(), uses.from),
+            ("--to", !common.to.is_empty(), uses.to),
+            ("--folds", common.folds.is_some(), uses.folds),
+            ("--split", common.split.is_some(), uses.folds),
+            ("--groups", groups.is_given(), uses.groups),
             ("--db", common.db.is_some(), false),
         ]);
         measure.check(&common.output)?;
@@ -208,7 +212,7 @@ impl<M: OnClips> Clips<M> {
         let corpus = &loaded.corpus;
         let style =
             |name: &String| corpus.style(name.trim()).with_context(|| common.data.display().to_string());
-        let Uses { from, to, folds, .. } = M::USES;
+        let Uses { from, to, folds, .. } = self.measure.uses();
         let from = common.from.as_ref().filter(|_| from).map(style).transpose()?;
         let from = from.unwrap_or_else(|| corpus.plain_style());
         let to = if common.to.is_empty() || !to {
@@ -256,25 +260,47 @@ fn on_set(experiment: Experiment, file: &Path, set: Set) -> Result<Experiment> {
 }
 
 /// A measure of an existing database.
+// What chooses clips for a database is accepted, since one command line can serve several measures.
 #[derive(clap::Args)]
+#[command(
+    mut_arg("actions", |a| a.hide(true)),
+    mut_arg("styles", |a| a.hide(true)),
+    mut_arg("from", |a| a.hide(true)),
+    mut_arg("to", |a| a.hide(true)),
+    mut_arg("folds", |a| a.hide(true)),
+    mut_arg("split", |a| a.hide(true)),
+    mut_arg("set", |a| a.hide(true)),
+    mut_arg("joints", |a| a.hide(true)),
+    mut_arg("rate", |a| a.hide(true)),
+    mut_arg("limit", |a| a.hide(true)),
+    mut_arg("strict", |a| a.hide(true)),
+    mut_arg("groups", |a| a.hide(true))
+)]
 struct OfDatabase<M: OnDatabase> {
     #[command(flatten)]
     common: Common,
+    #[command(flatten)]
+    frames: FrameArgs,
+    #[command(flatten)]
+    groups: GroupArgs,
     #[command(flatten)]
     measure: M,
 }
 
 impl<M: OnDatabase> OfDatabase<M> {
     fn run(&self) -> Result<()> {
-        let common = &self.common;
-        note_unused([
-            ("--actions", !common.classes.actions.is_empty(), false),
-            ("--styles", !common.classes.styles.is_empty(), false),
-            ("--from", common.from.is_some(), false),
-            ("--to", !common.to.is_empty(), false),
-            ("--folds", common.folds.is_some(), false),
-            ("--split", common.split.is_some(), false),
-        ]);
+        let Self { common, frames, groups, .. } = self;
+        let given = [
+            ("--actions", !common.classes.actions.is_empty()),
+            ("--styles", !common.classes.styles.is_empty()),
+            ("--from", common.from.is_some()),
+            ("--to", !common.to.is_empty()),
+            ("--folds", common.folds.is_some()),
+            ("--split", common.split.is_some()),
+            ("--groups", groups.is_given()),
+        ];
+        let given = given.into_iter().chain(frames.given());
+        note_unused(given.map(|(option, given)| (option, given, false)));
         let path = common.db.as_ref().context("this measures a database: give --db DB.gestus")?;
         let bytes = open::read_blob(path)?;
         let database = open::open(path, &bytes)?;

@@ -11,6 +11,7 @@ use gestus_database::{
     },
     search::groups,
 };
+use gestus_motion::clip::{RATES_HZ, expected_rate};
 
 /// Which clips are used, at what rate, and with which joints.
 #[derive(clap::Args, Clone, Default)]
@@ -27,7 +28,7 @@ pub struct ClassArgs {
     /// Actions to use, a,b; default: all
     #[arg(long, value_delimiter = ',')]
     pub actions: Vec<String>,
-    /// Styles to use, s,t; default: all. The first is the stylizer's initial output style
+    /// Styles to use, s,t; default: all
     #[arg(long, value_delimiter = ',')]
     pub styles: Vec<String>,
 }
@@ -35,13 +36,13 @@ pub struct ClassArgs {
 /// What is taken of each clip.
 #[derive(clap::Args, Clone, Default)]
 pub struct FrameArgs {
-    /// Joints to keep, with the parent of each among them: for a board with little memory, or a body that lacks the others
+    /// Joints to keep, a,b. The parent of each must be among them
     #[arg(long, value_delimiter = ',')]
     joints: Vec<String>,
-    /// Frames a second of the database, from 1 to 1000
+    /// Frames a second to which the clips are resampled, from 1 to 1000
     #[arg(long)]
     pub rate: Option<f64>,
-    /// Greatest number of clips of each action and style; clips that can't be used do not count; 0: no limit
+    /// Most clips of each action and style; 0 for all. Clips that can't be used do not count
     #[arg(long)]
     limit: Option<usize>,
     /// Make it an error if a clip can't be used, instead of leaving it out
@@ -53,10 +54,22 @@ pub struct FrameArgs {
 #[derive(clap::Args, Clone, Default)]
 pub struct GroupArgs {
     /// Joint groups that can have a mask, a strength and a style of their own, besides the whole body: words (left-arm,
-    /// right-arm, arms, left-leg, right-leg, legs, torso, head) or names with joints, tail=Tail1+Tail2; the arms where
-    /// left out
+    /// right-arm, arms, left-leg, right-leg, legs, torso, head) or names with joints, tail=Tail1+Tail2. Default:
+    /// left-arm and right-arm
     #[arg(long, value_delimiter = ',')]
     groups: Vec<String>,
+}
+
+impl FrameArgs {
+    /// The options with their names, and whether each is given.
+    pub fn given(&self) -> [(&'static str, bool); 4] {
+        [
+            ("--joints", !self.joints.is_empty()),
+            ("--rate", self.rate.is_some()),
+            ("--limit", self.limit.is_some()),
+            ("--strict", self.strict),
+        ]
+    }
 }
 
 impl GroupArgs {
@@ -99,8 +112,8 @@ impl Selection {
             }
         }
         if let Some(rate) = frames.rate {
-            if !(1.0..=1000.0).contains(&rate) {
-                bail!("--rate {rate}: frames a second from 1 to 1000");
+            if !RATES_HZ.contains(&rate) {
+                bail!("--rate {rate}: {}", expected_rate());
             }
             config.rate_hz = rate;
         }

@@ -58,8 +58,13 @@ pub(crate) fn streamed<'a>(
 
 /// A measure that builds databases from the clips of a folder.
 pub trait OnClips: clap::Args {
-    /// Which of the common options have an effect.
+    /// Which of the common options can have an effect.
     const USES: Uses;
+
+    /// Which of them have one with the measure's own options.
+    fn uses(&self) -> Uses {
+        Self::USES
+    }
 
     /// Checks the measure's own options before any work is done. `output` is the folder for its report.
     ///

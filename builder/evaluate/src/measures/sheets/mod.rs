@@ -33,6 +33,10 @@ pub struct Args {
 impl OnClips for Args {
     const USES: Uses = Uses::ALL;
 
+    fn uses(&self) -> Uses {
+        if self.captured { Self::USES } else { Uses::NONE }
+    }
+
     fn evaluate(&self, experiment: &Experiment) -> Result<Evaluation> {
         if self.captured { drawn(experiment) } else { drawn(&generated()?) }
     }
@@ -80,6 +84,12 @@ fn drawn(experiment: &Experiment) -> Result<Evaluation> {
 mod tests {
     use super::*;
     use crate::report::table::Row;
+
+    #[test]
+    fn generated_sheets_take_no_clips_of_the_folder() {
+        let uses = |captured: bool| Args { captured }.uses();
+        assert!(uses(true).from && uses(true).groups && !uses(false).from && !uses(false).groups);
+    }
 
     #[test]
     fn corners_are_their_styles_and_neighbors_of_an_unknown_action_are_further() {
