@@ -83,7 +83,7 @@ fn ridge(name: &str) -> Result<Ridge, String> {
 /// Style, labels and parameters, as given on a command line.
 #[derive(clap::Args, Clone, Debug)]
 pub struct StylizerArgs {
-    /// Output style: a name, or weights a=1,b=2, normalised to sum 1
+    /// Output style: a name, or weights a=1,b=2, which are normalised to sum 1
     #[arg(long, default_value = "", hide_default_value = true)]
     pub style: String,
     #[command(flatten)]

@@ -25,9 +25,9 @@ use super::{config::AnnotateError, pattern::Pattern};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "command-line", derive(clap::ValueEnum))]
 pub enum Set {
-    /// Constants are chosen on it.
+    /// Clips on which constants are chosen.
     Development,
-    /// Published figures are measured on it; no choice looks at it.
+    /// Clips of which figures are published.
     Test,
 }
 

@@ -31,8 +31,8 @@ use crate::{
 /// Options of `gestus evaluate cross`.
 #[derive(clap::Args, Debug, Default)]
 pub struct Args {
-    /// Folder with clips of other actions on the same skeleton: those in the style --from whose action --data lacks are
-    /// streamed through a database of all actions
+    /// Folder with clips of more actions, on the same skeleton. Its clips in the style --from, of actions that --data lacks,
+    /// are also translated
     #[arg(long)]
     unseen: Option<PathBuf>,
 }

@@ -46,7 +46,7 @@ fn evaluate(experiment: &Experiment) -> Result<Evaluation, BuildError> {
             else {
                 continue;
             };
-            // The class holds no more than it does.
+            // The class has fewer examples than that.
             if editor.examples() < most {
                 continue;
             }

@@ -13,13 +13,16 @@ use crate::{
     metrics::{
         feet::{deepest_cm, heights_cm, skate_cm_s, stillest_cm_s},
         performance::Performance,
-        speed::{self, fastest, peak_speeds},
+        speed::{self, ALLOWED, fastest, peak_speeds},
     },
     plots::{self, Labels},
     report::{html::Figure, table},
 };
 use gestus_database::stream::{Request, Streamed, stream};
 use gestus_motion::{body::Body, corpus::Corpus};
+
+/// Folds of which a figure is drawn.
+const FIGURES: usize = 6;
 
 /// Options of `gestus evaluate skate`.
 #[derive(clap::Args, Debug)]
@@ -37,15 +40,16 @@ impl OnClips for Args {
         let (rows, figures): (Vec<_>, Vec<_>) = results.into_iter().unzip();
         Ok(Evaluation {
             what: "skate",
-            about: "How fast the point that a foot stands on slides, and what holding it costs. `input` \
+            about: format!(
+                "How fast the point that a foot stands on slides, and what holding it costs. `input` \
                     is the clip, `raw` its translation, `unlimited` the same with its feet held, `locked` with its joints no faster \
-                    than 1.2 times the input's too, or up to 5/3 of that if the style's are as fast, as shipped, `real` a held-out clip of the output style. `joint_speed_ratio` \
+                    than {ALLOWED} times the input's too, or up to 5/3 of that if the style's are as fast, as shipped, `real` a held-out clip of the output style. `joint_speed_ratio` \
                     holds the fastest joint against the fastest of the input, whichever each is; `leg_speed_ratio` holds hips, \
                     knees and ankles each against itself."
-                .into(),
+            ),
             keys: vec!["method", "action", "style"],
             rows: rows.into_iter().flatten().collect(),
-            figures: figures.into_iter().flatten().take(6).collect(),
+            figures: figures.into_iter().flatten().take(FIGURES).collect(),
         })
     }
 }
@@ -122,7 +126,7 @@ fn one(
     let Some(legs) = database.legs() else { return (Vec::new(), None) };
     let Some(compared) = Compared::of(corpus, body, fold, database) else { return (Vec::new(), None) };
     let rows = rows(experiment, body, fold, &legs, &compared);
-    let figure = (number < 12).then(|| foot_speed(corpus, fold, &legs, &compared));
+    let figure = (number < FIGURES).then(|| foot_speed(corpus, fold, &legs, &compared));
     (rows, figure)
 }
 

@@ -1,8 +1,8 @@
 //! Speed on the ground; angular speeds of joints, and whether the style or the foot lock causes those that are faster
 //! than the input's.
 //!
-//! A joint is **over** in a frame where it turns faster than 1.2 times the fastest joint of the input clip. Where it is over
-//! without the lock too, the style is the cause; else the lock, counted by what it does with that leg in the frame.
+//! A joint is **over** in a frame where it turns faster than [`ALLOWED`] times the fastest joint of the input clip. Where it is
+//! over without the lock too, the style is the cause; else the lock, counted by what it does with that leg in the frame.
 
 use crate::evaluation::row;
 use gestus_core::blob::Leg;
@@ -13,7 +13,7 @@ use crate::report::table;
 use gestus_database::stream::Streamed;
 use gestus_motion::clip::Skeleton;
 
-/// How many times the input's fastest joint an output's may turn.
+/// How many times the input's fastest joint an output's may turn: the default of `Config::speed_limit`.
 pub const ALLOWED: f64 = 1.2;
 
 /// Angular speeds, rad/s, of every joint in every frame but the first. Shape `[frames - 1][joints]`.
@@ -118,4 +118,14 @@ pub fn held_back(skeleton: &Skeleton, unlimited: &Performance, limited: &Perform
         "limited_cm": sum / f64::max(count, 1.0),
         "limited_cm_max": most,
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_allowed_is_the_default_limit() {
+        assert_eq!(ALLOWED as f32, gestus_core::Config::new().speed_limit);
+    }
 }

@@ -40,7 +40,7 @@ pub struct Args {
     /// Efforts that people gave: a filled-in table of `gestus effort sheet`; default: estimates
     #[arg(long)]
     labels: Option<PathBuf>,
-    /// Random splits, at least 1; errors need 2
+    /// Number of random splits; standard errors need at least 2
     #[arg(long, default_value_t = 500, value_parser = splits)]
     splits: usize,
 }

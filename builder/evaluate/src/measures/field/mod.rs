@@ -71,7 +71,7 @@ impl OnClips for Args {
         rows.extend(distributions(experiment, &judged, &seen, (&known, &real)));
         Ok(Evaluation {
             what: "field",
-            about: "Measures of the field, unlabelled, of what is delivered. `content` and `style` are the shares of clips \
+            about: "Measures of other papers, unlabelled, of what is delivered. `content` and `style_right` are the shares of clips \
                     that a classifier of real motion takes for the input's action and for the output style; `style_across` \
                     by a classifier that has never seen the action; `fmd` the Fréchet distance of features to real clips \
                     of the style; `skating_ratio` the share of frames in which a low foot slides. `real` are held-out \

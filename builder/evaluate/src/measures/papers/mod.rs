@@ -20,7 +20,7 @@ use tables::{TABLES, Table};
 /// Options of `gestus evaluate papers`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Run the measures too that take an hour or more on all clips
+    /// Also run the measures that take an hour or more with all clips
     #[arg(long)]
     all: bool,
     /// Tables whose name contains one of these words, a,b; default: all
