@@ -277,7 +277,11 @@ fn find_hips(all: &[Joint]) -> usize {
             // pelvis beside the arms is not the whole body.
             [..] => match below.iter().find(|&&child| has_both_legs(all, child)) {
                 Some(&body) if !below.iter().any(|&child| child != body && has_both_arms(all, child)) => body,
-                _ => return joint,
+                Some(_) => return joint,
+                None => match moved_body(all, joint, &below) {
+                    Some(body) => body,
+                    None => return joint,
+                },
             },
         };
         let name = all[joint].name.to_ascii_lowercase();
@@ -292,6 +296,19 @@ fn find_hips(all: &[Joint]) -> usize {
         }
         joint = child;
     }
+}
+
+/// The child that moves and carries almost all joints below one that is still, as an armature carries body and camera.
+fn moved_body(all: &[Joint], joint: usize, below: &[usize]) -> Option<usize> {
+    /// Least share of the joints below.
+    const ALMOST_ALL: f64 = 0.8;
+    let is_below =
+        |j: usize, top: usize| std::iter::successors(Some(j), |&j| all[j].parent).any(|j| j == top);
+    let joints = |top: usize| (top..all.len()).filter(|&j| is_below(j, top)).count() as f64;
+    let is_body = |&&child: &&usize| {
+        all[child].degrees == 6 && !all[child].still && joints(child) > ALMOST_ALL * (joints(joint) - 1.0)
+    };
+    below.iter().find(is_body).copied().filter(|_| all[joint].still)
 }
 
 /// Whether thigh, shin and foot of either side hang on a joint, as the names say.

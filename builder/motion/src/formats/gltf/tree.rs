@@ -24,6 +24,8 @@ pub struct Node {
     pub rotation: Option<UnitQuaternion<f64>>,
     /// Scale along each axis.
     pub scale: [f64; 3],
+    /// Whether it is drawn or looked through: a mesh, a camera.
+    pub is_thing: bool,
 }
 
 /// All nodes of a file.
@@ -53,6 +55,7 @@ impl Tree {
                 translation: t.map(f64::from).into(),
                 rotation: unit(r.map(f64::from).into()),
                 scale: s.map(f64::from),
+                is_thing: node.mesh().is_some() || node.camera().is_some(),
             }
         };
         let mut nodes: Vec<Node> = document.nodes().zip(names).map(at_rest).collect();
@@ -93,8 +96,8 @@ impl Tree {
     }
 
     /// The joints of the body that an animation of these nodes moves, depth first; the first is the ancestor of all. They
-    /// are the joints of the largest skin that it moves and of skins below it, or without a skin the nodes themselves,
-    /// with all nodes between them.
+    /// are the joints of the largest skin that it moves and of skins below it, or without a skin the nodes themselves and
+    /// those below them, which need not turn in this animation; with all nodes between them.
     pub fn body(&self, moved: &[usize]) -> Vec<usize> {
         let moving: HashSet<usize> = moved.iter().copied().collect();
         let is_moved = |skin: &&Vec<usize>| skin.iter().any(|j| moving.contains(j));
@@ -107,7 +110,10 @@ impl Tree {
                 }
                 None => skin.clone(),
             },
-            None => moved.to_vec(),
+            None => {
+                let below = |n: &usize| !self.nodes[*n].is_thing && self.up(*n).any(|n| moving.contains(&n));
+                moved.iter().copied().chain((0..self.nodes.len()).filter(below)).collect()
+            }
         };
         if self.common(&wanted).is_none() {
             // Several trees: the one with most of the nodes.
@@ -178,6 +184,7 @@ mod tests {
             translation: Vector3::zeros(),
             rotation: Some(UnitQuaternion::identity()),
             scale: [1.0; 3],
+            is_thing: false,
         };
         let children = |n: usize| if n % 3 < 2 { vec![n + 1] } else { Vec::new() };
         Tree {
