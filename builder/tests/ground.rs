@@ -224,6 +224,27 @@ fn a_walk_in_place_is_seen_moving_and_stays_in_place() {
     assert!(read(&slow, &told).unwrap().course().is_some_and(|course| course.stated));
 }
 
+/// Feet that an animator keys change their speed within a step, and the hips went to and fro with it.
+#[test]
+fn feet_of_changing_speed_in_place_do_not_move_the_hips() {
+    let held = changed(walk(), |f| f.root = Vector3::new(0.0, f.root.y, 0.0));
+    let step = std::f64::consts::TAU / 16.0;
+    let mut uneven = held.clone();
+    for (t, frame) in uneven.frames.iter_mut().enumerate() {
+        *frame = held.at(t as f64 + 1.8 * (step * t as f64).sin());
+    }
+    for looped in [false, true] {
+        let sway = |clip: &Clip| {
+            let (input, output) = styled(clip, &InputOptions { looped, ..InputOptions::default() });
+            assert!(input.course().is_some(), "it walks in place");
+            let at = output.frames.iter().map(|f| Vector3::new(f.root.x, 0.0, f.root.z).norm());
+            at.fold(0.0, f64::max)
+        };
+        let (even, uneven) = (sway(&held), sway(&uneven));
+        assert!(uneven < even + 0.03, "{uneven} m, {even} m with even feet; looped: {looped}");
+    }
+}
+
 /// Runs of games touch the ground in two frames a step: they were taken for motion on the spot.
 #[test]
 fn gaits_in_place_are_found_and_acts_on_the_spot_are_not() {

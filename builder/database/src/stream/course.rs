@@ -7,7 +7,9 @@
 //!    a foot that swings close to the floor moves the other way. The direction is the median over the clip, relative to
 //!    the heading.
 //! 2. A Gaussian over `SPEED_SMOOTHING_S` fills gaps during flight. The integral of the speed is the path.
-//! 3. The output's own path, smoothed over `PATH_SMOOTHING_S`, is removed from its hips, so that their sway stays.
+//! 3. Feet that an animator has keyed change their speed within a step, and so does the path. The hips did not: this part
+//!    is removed from the output, as much of it as the output has of the path ([`Unevenness`]).
+//! 4. The output's own path, smoothed over `PATH_SMOOTHING_S`, is removed from its hips, so that their sway stays.
 //!
 //! A clip counts as in place if both feet carry it, if they move at `MIN_SPEED_M_S` or more and in one direction
 //! relative to the heading, and if the hips move at most a quarter as fast and are above the knees. A body that
@@ -24,7 +26,7 @@ use gestus_motion::{
 };
 use nalgebra::Vector3;
 
-use crate::retarget::body::is_brief;
+use crate::{retarget::body::is_brief, stream::looped::Round};
 
 /// Least speed of feet that walk in place, m/s: the slowest walks have a quarter more, and clips in which a body stands half
 /// as much at most.
@@ -58,6 +60,8 @@ const STEP_M: f64 = 0.05;
 const SPEED_SMOOTHING_S: f64 = 0.08;
 /// Standard deviation of the Gaussian that finds the path of the output, seconds: above a gait's sway.
 const PATH_SMOOTHING_S: f64 = 0.5;
+/// Greatest part of the course's unevenness that is removed: that of an output twice as fast.
+const MAX_UNEVENNESS: f64 = 2.0;
 
 /// Whether the hips of a clip move with its body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -118,12 +122,72 @@ impl Course {
         Some(Self { path, speed_m_s, stated: stated.is_some() })
     }
 
+    /// What the path has beyond an even one, which is smooth.
+    pub fn unevenness(&self, rate_hz: f64) -> Unevenness {
+        let even = smoothed(&self.path, PATH_SMOOTHING_S * rate_hz);
+        let beyond = self.path.iter().zip(&even).map(|(path, even)| path - even).collect();
+        Unevenness { beyond, way_m: way_m(&even) }
+    }
+
+    /// What the path has beyond a straight one in the frames of a round of a loop, which are `count` at another rate.
+    pub fn unevenness_of(&self, round: &Round, count: usize) -> Unevenness {
+        let at = |frame: f64| {
+            let (before, share) = (frame as usize, frame.fract());
+            let [a, b] = [before, before + 1].map(|frame| self.path[frame.min(self.path.len() - 1)]);
+            a.lerp(&b, share)
+        };
+        let end = count.saturating_sub(1).max(1) as f64;
+        let path: Vec<Vector3<f64>> =
+            (0..count).map(|k| at(round.start as f64 + k as f64 / end * round.period as f64)).collect();
+        let even = straight(&path);
+        let beyond = path.iter().zip(&even).map(|(path, even)| path - even).collect();
+        Unevenness { beyond, way_m: way_m(&even) }
+    }
+
     /// Moves the clip along its course.
     pub fn apply(&self, clip: &mut Clip) {
         for (frame, path) in clip.frames.iter_mut().zip(&self.path) {
             frame.root += path;
         }
     }
+}
+
+/// What a course has beyond an even path, in each frame of the input.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unevenness {
+    /// Metres on the ground.
+    beyond: Vec<Vector3<f64>>,
+    /// Length of the even path, metres.
+    way_m: f64,
+}
+
+impl Unevenness {
+    /// Removes it from the output's frames, as much as their path is of the course's. `source` is the input's frame of each,
+    /// `rate_hz` the rate of both.
+    pub fn remove(&self, frames: &mut [Frame], source: impl Fn(usize) -> f64, rate_hz: f64) {
+        let roots: Vec<Vector3<f64>> = frames.iter().map(|f| flat(f.root, &Vector3::y())).collect();
+        let Some(last) = self.beyond.len().checked_sub(1).filter(|_| !frames.is_empty()) else { return };
+        let way_m = way_m(&smoothed(&roots, PATH_SMOOTHING_S * rate_hz));
+        let share = (way_m / self.way_m.max(1e-6)).min(MAX_UNEVENNESS);
+        for (t, frame) in frames.iter_mut().enumerate() {
+            let at = source(t).clamp(0.0, last as f64);
+            let (before, after) = (at as usize, (at as usize + 1).min(last));
+            frame.root -= self.beyond[before].lerp(&self.beyond[after], at.fract()) * share;
+        }
+    }
+}
+
+/// Length of a path.
+fn way_m(path: &[Vector3<f64>]) -> f64 {
+    path.windows(2).map(|p| (p[1] - p[0]).norm()).sum()
+}
+
+/// The straight path between the ends of a path, whose mean is that of the path.
+fn straight(path: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    let last = path.len().saturating_sub(1);
+    let line = |t: usize| path[0].lerp(&path[last], t as f64 / last.max(1) as f64);
+    let sway = (0..path.len()).map(|t| path[t] - line(t)).sum::<Vector3<f64>>() / path.len().max(1) as f64;
+    (0..path.len()).map(|t| line(t) + sway).collect()
 }
 
 /// Frames into which the root moves faster than any body: takes were joined there, or a pose is not of the motion.
@@ -258,15 +322,11 @@ pub fn put_in_place(
     looped: bool,
 ) {
     let roots: Vec<Vector3<f64>> = clip.frames.iter().map(|f| flat(over(f, hips), up)).collect();
-    let Some(last) = roots.len().checked_sub(1) else { return };
-    let path = if looped {
-        let straight = |t: usize| roots[0].lerp(&roots[last], t as f64 / last.max(1) as f64);
-        // The hips' mean is over the place.
-        let sway = (0..=last).map(|t| roots[t] - straight(t)).sum::<Vector3<f64>>() / (last + 1) as f64;
-        (0..=last).map(|t| straight(t) + sway).collect()
-    } else {
-        smoothed(&roots, PATH_SMOOTHING_S * clip.rate_hz)
-    };
+    if roots.is_empty() {
+        return;
+    }
+    // The hips' mean is over the place.
+    let path = if looped { straight(&roots) } else { smoothed(&roots, PATH_SMOOTHING_S * clip.rate_hz) };
     let place = flat(*place, up);
     for (frame, path) in clip.frames.iter_mut().zip(path) {
         frame.root += place - path;

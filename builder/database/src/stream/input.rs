@@ -11,12 +11,13 @@ use crate::{
     retarget::{
         MapFile, Retarget,
         file::{FloorError, check_floor},
+        parts::Part,
         up::lifted,
     },
     stream::{
         Streamed, beginning,
         body_mapping::BodyMapping,
-        course::{self, Course, Root},
+        course::{self, Course, Root, Unevenness},
         far,
         left_alone::leave_moments_alone,
         looped::Round,
@@ -74,6 +75,8 @@ pub struct Input {
     mapping: BodyMapping,
     floor: Floor,
     course: Option<Course>,
+    /// That of the course, in each frame of `mapped`.
+    unevenness: Option<Unevenness>,
     round: Option<Round>,
     /// Mean place of the clip's hips.
     place: Vector3<f64>,
@@ -112,7 +115,9 @@ impl Input {
         database: &Database<'_>,
         options: &InputOptions,
     ) -> Result<Self> {
-        let (document, binding, clip) = bind(document, path, database, options.unit)?;
+        let map = options.map.of_document(&document);
+        let hips = map.joints.get(&Part::Hips).and_then(Option::as_ref);
+        let (document, binding, clip) = bind(document, path, database, options.unit, hips)?;
         Self::of(document, binding, Repaired::of(&clip), database, options)
             .with_context(|| path.display().to_string())
     }
@@ -151,6 +156,10 @@ impl Input {
             clip = round.cut_rotations(original, rate_hz);
             mapped = round.cut(&mapped, &body, rate_hz);
         }
+        let unevenness = course.as_ref().map(|course| match &round {
+            Some(round) => course.unevenness_of(round, mapped.frames.len()),
+            None => course.unevenness(rate_hz),
+        });
         // A loop does not come back to it.
         let first = first.filter(|_| round.is_none());
         Ok(Self {
@@ -161,6 +170,7 @@ impl Input {
             mapping,
             floor,
             course,
+            unevenness,
             round,
             place,
             first,
@@ -171,19 +181,20 @@ impl Input {
 
     /// The output on the database's skeleton, for driving a robot.
     pub fn body(&self, streamed: &Streamed, rate_hz: f64) -> Clip {
-        self.carry(streamed, &self.mapped.frames, |frames| frames).clip(&self.mapped, rate_hz)
+        self.carry(streamed, &self.mapped.frames, |frames, _| frames).clip(&self.mapped, rate_hz)
     }
 
-    /// A stream whose poses are carried elsewhere, where the input's are `inputs`; it begins in its style where the input
+    /// A stream whose poses are carried elsewhere, where the input's are `inputs`. `carry` takes poses, and gives the frame
+    /// of the input of each. The stream begins in its style where the input
     /// begins at rest ([`beginning`]). A loop has no beginning, and a body that walks in place is not at rest.
     fn carry(
         &self,
         streamed: &Streamed,
         inputs: &[Frame],
-        carry: impl Fn(Vec<Frame>) -> Vec<Frame>,
+        carry: impl Fn(Vec<Frame>, &dyn Fn(usize) -> f64) -> Vec<Frame>,
     ) -> Streamed {
-        let carried = |frames: Vec<Frame>| {
-            let mut frames = carry(frames);
+        let carried = |frames: Vec<Frame>, source: &dyn Fn(usize) -> f64| {
+            let mut frames = carry(frames, source);
             if self.round.is_none() && self.course.is_none() {
                 beginning::in_style(&mut frames, inputs, self.clip.rate_hz);
             }
@@ -195,10 +206,16 @@ impl Input {
             let passed: Vec<f64> = whole.steps.iter().map(|step| f64::from(step.report.passed)).collect();
             leave_moments_alone(&mut frames, &self.mapped.frames, &passed, self.clip.rate_hz);
         }
-        let frames = carried(frames);
+        let frames = carried(frames, &|t| t as f64);
         whole.steps.iter_mut().zip(frames).for_each(|(step, frame)| step.frame = frame);
         if let Some(retimed) = &mut whole.retimed {
-            retimed.frames = carried(std::mem::take(&mut retimed.frames));
+            let frames = std::mem::take(&mut retimed.frames);
+            let source = |t: usize| {
+                let shown_s = t as f64 * retimed.tick_s
+                    - f64::from(retimed.ticks.get(t).map_or(0.0, |tick| tick.lag_s));
+                shown_s * self.clip.rate_hz
+            };
+            retimed.frames = carried(frames, &source);
         }
         whole
     }
@@ -309,7 +326,10 @@ impl Input {
     /// in the input.
     pub fn output(&self, streamed: &Streamed) -> Clip {
         let inputs = &self.clip.frames;
-        let back = |frames: Vec<Frame>| self.mapping.back(&frames, inputs, self.floor.height_m);
+        let back = |mut frames: Vec<Frame>, source: &dyn Fn(usize) -> f64| {
+            self.even(&mut frames, source);
+            self.mapping.back(&frames, inputs, self.floor.height_m)
+        };
         let output =
             self.kept_in_place(self.carry(streamed, inputs, back).clip(&self.clip, self.clip.rate_hz));
         let held = FASTER * fastest(&self.clip.frames);
@@ -333,10 +353,20 @@ impl Input {
     /// do in the input at each pose's `sources`, in frames.
     pub fn carried(&self, frames: &[Frame], sources: &[f64]) -> Clip {
         let inputs: Vec<Frame> = sources.iter().map(|&source| self.clip.at(source)).collect();
+        let mut frames = frames.to_vec();
+        self.even(&mut frames, &|t| sources[t]);
         self.with_first(self.kept_in_place(Clip {
-            frames: self.mapping.back(frames, &inputs, self.floor.height_m),
+            frames: self.mapping.back(&frames, &inputs, self.floor.height_m),
             ..self.clip.clone()
         }))
+    }
+
+    /// Takes out of poses what the course had beyond an even path, if the input walks in place. `source` is its frame of
+    /// each pose.
+    fn even(&self, frames: &mut [Frame], source: &dyn Fn(usize) -> f64) {
+        if let Some(unevenness) = &self.unevenness {
+            unevenness.remove(frames, source, self.clip.rate_hz);
+        }
     }
 
     /// Puts an output back in place, if the input walks in place.

@@ -63,6 +63,15 @@ pub enum LoopError {
         /// Distance of the nearest poses.
         cm: f64,
     },
+    /// The body hardly moves between poses that are near.
+    #[error(
+        "--loop: no pose of the clip comes back: its ends are {cm:.1} cm apart (mean of the joints), and the body moves too \
+         little between them, or between any two near poses: give a clip of a cycle, or leave out --loop"
+    )]
+    Still {
+        /// Distance of the clip's ends.
+        cm: f64,
+    },
 }
 
 /// One round of a loop: its first frame and its length in frames of the clip in which it was found.
@@ -125,7 +134,11 @@ impl Round {
         if count <= least {
             return Err(LoopError::Short { seconds: clip.duration_s() });
         }
-        let positions: Vec<Vec<Vector3<f64>>> = clip.frames.iter().map(|f| body.local_positions(f)).collect();
+        let mut positions: Vec<Vec<Vector3<f64>>> =
+            clip.frames.iter().map(|f| body.local_positions(f)).collect();
+        // Where the clip would go on to.
+        let next = positions[count - 1].iter().zip(&positions[count - 2]).map(|(b, a)| b * 2.0 - a);
+        positions.push(next.collect());
         let headings: Vec<f64> = clip.frames.iter().map(|f| body.heading(f)).collect();
         let gap = |a: usize, b: usize| joint_distance(&positions[a], &positions[b]);
         let turn = |a: usize, b: usize| wrap(headings[b] - headings[a]).abs();
@@ -150,7 +163,7 @@ impl Round {
         let mut best = (f64::INFINITY, f64::INFINITY, 0, 0);
         for start in (0..last - least).step_by(stride) {
             let mut moved = (start..start + least).map(|t| gap(start, t)).fold(0.0, f64::max);
-            for end in (start + least..last).step_by(stride) {
+            for end in (start + least..last).step_by(stride).chain([last]) {
                 let left = gap(start, end);
                 moved = moved.max(left);
                 if moved < MIN_MOVED_RATIO * spread || left > MAX_GAP_RATIO * moved {
@@ -165,8 +178,11 @@ impl Round {
             }
         }
         let (_, distance, start, end) = best;
+        if distance.is_infinite() {
+            return Err(LoopError::Still { cm: 100.0 * ends });
+        }
         if distance > MAX_GAP_M {
-            return Err(LoopError::NoReturn { cm: 100.0 * distance.min(ends) });
+            return Err(LoopError::NoReturn { cm: 100.0 * distance });
         }
         let gap_cm = 100.0 * gap(start, end);
         Ok(Self { start, period: end - start, open: false, straight: true, gap_cm })

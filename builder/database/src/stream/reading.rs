@@ -26,23 +26,24 @@ pub fn read_clip(
     database: &Database<'_>,
     unit: Option<Unit>,
 ) -> Result<(Document, Binding, Clip)> {
-    bind(capture::read(path)?, path, database, unit)
+    bind(capture::read(path)?, path, database, unit, None)
 }
 
-/// [`read_clip`] for a document that was read before.
+/// [`read_clip`] for a document that was read before; `hips` is the joint to take as the hips, where that is stated.
 pub(super) fn bind(
     document: Document,
     path: &Path,
     database: &Database<'_>,
     unit: Option<Unit>,
+    hips: Option<&String>,
 ) -> Result<(Document, Binding, Clip)> {
     let name = path.display();
     let target = database_skeleton(database);
-    let mut binding = binding_of(&document, unit, None, &target).with_context(|| name.to_string())?;
+    let mut binding = binding_of(&document, unit, hips, &target).with_context(|| name.to_string())?;
     // A joint that carries the hips may be animated, as Biped's is; they carry its motion if they move themselves.
     let root = target.names.first().filter(|root| binding.skeleton().names.first() != Some(root));
     let carries = |root: &String| document.joints().iter().any(|j| j.name == *root && j.moves == [true; 3]);
-    if let Some(root) = root.filter(|root| carries(root)) {
+    if let Some(root) = root.filter(|root| hips.is_none() && carries(root)) {
         let other = binding_of(&document, unit, Some(root), &target).with_context(|| name.to_string())?;
         if same_body(other.skeleton(), &target).is_some() {
             binding = other;
