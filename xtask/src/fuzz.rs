@@ -113,6 +113,12 @@ fn prepare(krate: &str, target: &str, seconds: u32) -> Result<Command> {
         write_blobs(&[&blob, &target_dir().join("fuzz-models.gestus"), &robot])?;
         command.env("GESTUS_BLOB", blob).env("GESTUS_ROBOT", robot);
     }
+    if target == "recovery" {
+        let [blob, poses] =
+            ["fuzz-recovery.gestus", "fuzz-recovery.poses"].map(|name| target_dir().join(name));
+        run_command(built("examples/recovery_stream")?.args([&blob, &poses]))?;
+        command.env("GESTUS_BLOB", blob).env("GESTUS_POSES", poses);
+    }
     command.arg(target).arg(corpus);
     let seeds = folder.join("seeds").join(target);
     if seeds.is_dir() {

@@ -21,14 +21,8 @@ const JOINTS: usize = 22;
 const N: usize = buffer_length(JOINTS);
 type Served<'a, 'db, B> = Server<'a, 'db, B, JOINTS, 40, 28, N>;
 
-static BLOB: LazyLock<Vec<u8>> = LazyLock::new(|| named("GESTUS_BLOB"));
-static ROBOT: LazyLock<Vec<u8>> = LazyLock::new(|| named("GESTUS_ROBOT"));
-
-fn named(variable: &str) -> Vec<u8> {
-    let file = std::env::var_os(variable)
-        .unwrap_or_else(|| panic!("{variable} names no file; `cargo xtask fuzz link` does"));
-    std::fs::read(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()))
-}
+static BLOB: LazyLock<Vec<u8>> = LazyLock::new(|| gestus_core_fuzz::named("GESTUS_BLOB"));
+static ROBOT: LazyLock<Vec<u8>> = LazyLock::new(|| gestus_core_fuzz::named("GESTUS_ROBOT"));
 
 fuzz_target!(|bytes: &[u8]| {
     let database = Database::open(&BLOB).expect("the database opens");

@@ -1,4 +1,4 @@
-//! What the targets share: blobs whose checksums agree, and poses.
+//! What the targets share: blobs whose checksums agree, poses, and files that are given.
 
 use gestus_core::{
     Pose,
@@ -11,6 +11,16 @@ use gestus_core::{
 
 /// Joints of the poses.
 pub const JOINTS: usize = 64;
+
+/// The bytes of the file that an environment variable names.
+///
+/// # Panics
+/// Where there is none: `cargo xtask fuzz` makes the files.
+pub fn named(variable: &str) -> Vec<u8> {
+    let file = std::env::var_os(variable)
+        .unwrap_or_else(|| panic!("{variable} names no file: run `cargo xtask fuzz TARGET`"));
+    std::fs::read(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()))
+}
 
 /// The blob that the bytes start with, its length and checksums made to agree with it, and the bytes behind it.
 ///

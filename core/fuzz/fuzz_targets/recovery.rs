@@ -6,6 +6,9 @@
 //! An input is `method, settings, frame`, then a byte for a number of the frame and one for what is done to it, as often
 //! as there are bytes. A fuzzer keeps what reaches new code; here it also keeps what takes longer to come back than all
 //! before, by counters that libFuzzer reads as if they were branches.
+//!
+//! The database and the stream are the files that GESTUS_BLOB and GESTUS_POSES name; `cargo xtask fuzz recovery` makes
+//! them.
 #![no_main]
 
 use std::sync::{
@@ -17,11 +20,6 @@ use gestus_core::{
     Config, Database, Method, Pose, Safety, Stylizer,
     config::Timing,
     math::quaternion::{angle, exp, multiply},
-};
-use gestus_database::{
-    build::{BuildOptions, build},
-    stream::to_pose,
-    synth::{Options, corpus},
 };
 use libfuzzer_sys::fuzz_target;
 
@@ -46,19 +44,25 @@ const HIP_DROP_M: f32 = 0.04;
 static LATEST: [[AtomicU8; BACK]; Method::ALL.len()] =
     [const { [const { AtomicU8::new(0) }; BACK] }; Method::ALL.len()];
 
-/// A database of a walk and a run in two styles, and a walk that is not in it.
-static MADE: LazyLock<(Vec<u8>, Vec<Pose<JOINTS>>)> = LazyLock::new(|| {
-    let options = Options::of(&["walk", "run"], &["neutral", "childlike"], 2, 8.0);
-    let corpus = corpus(&options).expect("motion is generated");
-    let walk = corpus.examples.iter().position(|e| e.action == 0 && e.style == 0).expect("there is a walk");
-    let built = build(&corpus.without(&[walk]), &BuildOptions::default()).expect("it builds");
-    (built.bytes, corpus.examples[walk].clip.frames.iter().map(to_pose).collect())
+static BLOB: LazyLock<Vec<u8>> = LazyLock::new(|| gestus_core_fuzz::named("GESTUS_BLOB"));
+/// A walk that is not in the database.
+static CLEAN: LazyLock<Vec<Pose<JOINTS>>> = LazyLock::new(|| {
+    let bytes = gestus_core_fuzz::named("GESTUS_POSES");
+    let numbers: Vec<f32> = bytes.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
+    let pose = |numbers: &[f32; 3 + 4 * JOINTS]| {
+        let (position, rotations) = numbers.split_at(3);
+        let mut pose = Pose::IDENTITY;
+        pose.position.copy_from_slice(position);
+        pose.rotations.as_flattened_mut().copy_from_slice(rotations);
+        pose
+    };
+    numbers.as_chunks().0.iter().map(pose).collect()
 });
 
 fuzz_target!(|bytes: &[u8]| {
     let [method, settings, frame, wrong @ ..] = bytes else { return };
-    let (blob, clean) = &*MADE;
-    let database = Database::open(blob).expect("the database opens");
+    let clean = &*CLEAN;
+    let database = Database::open(&BLOB).expect("the database opens");
     let kind = usize::from(*method) % Method::ALL.len();
     let config = Config::new()
         .method(Method::ALL[kind])
