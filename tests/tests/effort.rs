@@ -9,7 +9,7 @@ use gestus_database::{
         NAMES,
         estimate::Estimator,
         fragment::Library,
-        learn::{Method, held_against},
+        learn::{Method, compare},
         model::Model,
         response,
         stage::segment,
@@ -129,7 +129,7 @@ fn kernels_beat_lines_on_weight_and_time() {
     for (m, method) in Method::ALL.iter().enumerate() {
         for (k, name) in NAMES.iter().enumerate() {
             let of = |m: usize| errors.iter().map(|e| e[m][k]).collect::<Vec<f64>>();
-            let (held, line) = (held_against(&of(m), &of(0)), held_against(&of(0), &of(0)));
+            let (held, line) = (compare(&of(m), &of(0)), compare(&of(0), &of(0)));
             println!("{} {name}: {held:.3?}", method.name());
             if k > 0 && [Method::PairKernelRidge, Method::PairSupportVector].contains(method) {
                 let error = held.gain_error.unwrap();

@@ -14,6 +14,7 @@ mod firmware;
 mod foreign;
 mod fuzz;
 mod log_lines;
+mod measured;
 mod no_panic;
 mod page;
 mod real_data;

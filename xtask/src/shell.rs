@@ -7,6 +7,7 @@ use std::{
     env, fs,
     path::{Path, PathBuf},
     process::{Command, Stdio},
+    sync::{Mutex, PoisonError},
     time::Duration,
 };
 
@@ -83,11 +84,26 @@ pub fn cargo() -> Command {
 /// # Errors
 /// Where the workspace does not build.
 pub fn built(program: &str) -> Result<Command> {
-    let mut build = cargo();
-    build.args(["build", "--quiet", "--workspace", "--bin", "gestus", "--bin", "gestus-sim", "--examples"]);
-    let status = build.status().with_context(|| format!("`{}` can't be started", show(&build)))?;
-    if !status.success() {
-        bail!("`{}` failed ({status})", show(&build));
+    // Once: even where nothing has changed, cargo takes a second to find that out.
+    static BUILT: Mutex<bool> = Mutex::new(false);
+    let mut is_built = BUILT.lock().unwrap_or_else(PoisonError::into_inner);
+    if !*is_built {
+        let mut build = cargo();
+        build.args([
+            "build",
+            "--quiet",
+            "--workspace",
+            "--bin",
+            "gestus",
+            "--bin",
+            "gestus-sim",
+            "--examples",
+        ]);
+        let status = build.status().with_context(|| format!("`{}` can't be started", show(&build)))?;
+        if !status.success() {
+            bail!("`{}` failed ({status})", show(&build));
+        }
+        *is_built = true;
     }
     let path = target_dir().join("debug").join(program).with_extension(env::consts::EXE_EXTENSION);
     Ok(command(&path.to_string_lossy()))

@@ -52,7 +52,7 @@ pub const LONG_BLOB: &[u8] = include_bytes!("../../../tests/golden/blob-v2-legs.
 pub struct BoardArgs {
     #[arg(required_unless_present = "all", conflicts_with = "all", help = format!("The board: {}, or the name of QEMU's machine", boards::names()))]
     name: Option<String>,
-    /// Run every board in turn and print a table; m0 gets a small database of its own. With --long-stream, boards that
+    /// Run every board and print a table; m0 gets a small database of its own. With --long-stream, boards that
     /// are too small or too slow for it are left out
     #[arg(long)]
     all: bool,
@@ -171,7 +171,7 @@ pub fn run(args: &BoardArgs) -> Result<()> {
         });
         (replayed.iter().map(Replayed::json).collect::<Vec<Value>>(), lines.collect::<String>(), differing)
     } else {
-        let measured = boards.iter().map(|b| clip(args, b)).collect::<Result<Vec<_>>>()?;
+        let measured = boards.par_iter().map(|b| clip(args, b)).collect::<Result<Vec<_>>>()?;
         let differing = measured.iter().filter(|m| !m.bit_exact() && !args.micromath);
         let differing: Vec<&str> = differing.map(|m| m.board.name).collect();
         (measured.iter().map(Measured::json).collect(), table(&measured), differing)
@@ -189,16 +189,20 @@ pub fn run(args: &BoardArgs) -> Result<()> {
 
 /// Builds the images and prints their paths.
 fn build(args: &BoardArgs, boards: &[&'static Board]) -> Result<()> {
-    let mut built = Vec::new();
-    for board in boards {
+    // A compiler of one image does not keep all processors busy.
+    let image_of = |board: &&'static Board| {
         let blob = if board.blob_address.is_none() { Some(SMALL.database()?) } else { None };
         note(format_args!("building the image of {} ({})", board.name, board.title));
         let image = image::build(board, args.options(blob.as_deref()))?;
-        let flash_bytes = image::flash_bytes(&image)?;
+        Ok((board.name, image::flash_bytes(&image)?, image))
+    };
+    let images: Vec<(&str, u64, PathBuf)> = boards.par_iter().map(image_of).collect::<Result<_>>()?;
+    let mut built = Vec::new();
+    for (board, flash_bytes, image) in images {
         if !args.report.json {
-            say(format_args!("{:10} {flash_bytes:>7} bytes of flash  {}", board.name, image.display()))?;
+            say(format_args!("{board:10} {flash_bytes:>7} bytes of flash  {}", image.display()))?;
         }
-        built.push(json!({ "board": board.name, "image": image, "flash_bytes": flash_bytes }));
+        built.push(json!({ "board": board, "image": image, "flash_bytes": flash_bytes }));
     }
     match &built[..] {
         [one] if args.report.json && !args.all => say(one),
