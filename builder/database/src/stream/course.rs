@@ -9,7 +9,9 @@
 //! 2. A Gaussian over `SPEED_SMOOTHING_S` fills gaps during flight. The integral of the speed is the path.
 //! 3. Feet that an animator has keyed change their speed within a step, and so does the path. The hips did not: this part
 //!    is removed from the output, as much of it as the output has of the path ([`Unevenness`]).
-//! 4. The output's own path, smoothed over `PATH_SMOOTHING_S`, is removed from its hips, so that their sway stays.
+//! 4. The output's own path is removed from its hips, so that their sway stays: smoothed over `PATH_SMOOTHING_S`, and
+//!    ahead over `AHEAD_SMOOTHING_S`, since hips sway ahead in each step and aside in every second, and a short clip that
+//!    is stylized in part changes its speed.
 //!
 //! A clip counts as in place if both feet carry it, if they move at `MIN_SPEED_M_S` or more and in one direction
 //! relative to the heading, and if the hips move at most a quarter as fast and are above the knees. A body that
@@ -60,6 +62,8 @@ const STEP_M: f64 = 0.05;
 const SPEED_SMOOTHING_S: f64 = 0.08;
 /// Standard deviation of the Gaussian that finds the path of the output, seconds: above a gait's sway.
 const PATH_SMOOTHING_S: f64 = 0.5;
+/// The same along the path, seconds: below a step.
+const AHEAD_SMOOTHING_S: f64 = 0.2;
 /// Greatest part of the course's unevenness that is removed: that of an output twice as fast.
 const MAX_UNEVENNESS: f64 = 2.0;
 
@@ -326,7 +330,7 @@ pub fn put_in_place(
         return;
     }
     // The hips' mean is over the place.
-    let path = if looped { straight(&roots) } else { smoothed(&roots, PATH_SMOOTHING_S * clip.rate_hz) };
+    let path = if looped { straight(&roots) } else { followed(&roots, clip.rate_hz) };
     let place = flat(*place, up);
     for (frame, path) in clip.frames.iter_mut().zip(path) {
         frame.root += place - path;
@@ -346,6 +350,18 @@ fn over(frame: &Frame, hips: &Vector3<f64>) -> Vector3<f64> {
 /// What lies on the ground of a vector.
 fn flat(v: Vector3<f64>, up: &Vector3<f64>) -> Vector3<f64> {
     v - up * up.dot(&v)
+}
+
+/// The path below the sway of a body.
+fn followed(path: &[Vector3<f64>], rate_hz: f64) -> Vec<Vector3<f64>> {
+    let [wide, ahead] = [PATH_SMOOTHING_S, AHEAD_SMOOTHING_S].map(|s| smoothed(path, s * rate_hz));
+    let last = path.len() - 1;
+    let at = |t: usize| {
+        let direction = wide[(t + 1).min(last)] - wide[t.saturating_sub(1)];
+        let along = direction.try_normalize(STILL_M_S / rate_hz).unwrap_or_else(Vector3::zeros);
+        wide[t] + along * along.dot(&(ahead[t] - wide[t]))
+    };
+    (0..=last).map(at).collect()
 }
 
 /// A Gaussian over a path that goes on beyond its ends as it came, turned by half: a straight line stays.
