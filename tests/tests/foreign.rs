@@ -104,7 +104,7 @@ impl<'a> Row<'a> {
     fn file(&self, database: &Database<'_>) -> Result<PathBuf> {
         let whole = self.unwrapped()?;
         let Some(change) = self.word("change") else { return Ok(whole) };
-        let (document, binding, mut clip) = read_clip(&whole, database, None)?;
+        let (document, binding, mut clip) = read_clip(&whole, database, None, None)?;
         // Z up is not known before it is retargeted.
         let first = clip.frames[0].root;
         for frame in &mut clip.frames {

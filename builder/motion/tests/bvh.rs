@@ -234,6 +234,32 @@ fn a_carrier_above_the_hips_is_applied_dropped_and_written_back() {
     assert_eq!(Binding::new(&document, &missing).unwrap_err(), expected);
 }
 
+/// The body's rise and fall was lost, since the armature was taken for its hips.
+#[test]
+fn an_armature_that_also_carries_a_camera_is_not_the_hips() {
+    let turns = "CHANNELS 3 Zrotation Xrotation Yrotation";
+    let moves = "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation";
+    let limb =
+        ["a", "b", "c", "d"].iter().rev().fold("End Site { OFFSET 0 1 0 }".to_owned(), |below, name| {
+            format!("JOINT {name} {{ OFFSET 0 10 0 {turns} {below} }}")
+        });
+    let text = |armature: f64| {
+        let frame = |height: f64| format!("{armature} 0 0 0 0 0 0 {height} 0 0 0 0 {}", "0 ".repeat(3 * 5));
+        format!(
+            "HIERARCHY ROOT Figure {{ OFFSET 0 0 0 {moves} JOINT groin {{ OFFSET 0 90 0 {moves} {limb} }} \
+             JOINT camera {{ OFFSET 0 0 99 {turns} End Site {{ OFFSET 0 0 1 }} }} }}\n\
+             MOTION Frames: 3 Frame Time: 0.1\n{}\n{}\n{}\n",
+            frame(90.0),
+            frame(95.0),
+            frame(90.0).replacen(&armature.to_string(), "0", 1),
+        )
+    };
+    let names = |text: &str| to_clip(&parse(text), &Options::default()).unwrap().0.skeleton.names.clone();
+    assert_eq!(names(&text(0.0)), ["groin", "a", "b", "c", "d"]);
+    // One that moves carries the body itself.
+    assert_eq!(names(&text(7.0))[0], "Figure");
+}
+
 #[test]
 fn a_clip_without_a_document_is_written_and_read() {
     let (clip, _) = to_clip(&parse(SMALL), &Options::default()).unwrap();

@@ -48,7 +48,8 @@ pub fn run(args: &Args) -> Result<()> {
     let bytes = open::read_blob(&args.db)?;
     let database = open::open(&args.db, &bytes)?;
     let reading = args.clip.reading()?;
-    let (document, binding, clip) = read_clip(&args.clip.input, &database, args.clip.unit.unit)?;
+    let (document, binding, clip) =
+        read_clip(&args.clip.input, &database, args.clip.unit.unit, reading.map.hips())?;
     super::tell(&args.clip.input, binding.notes());
     let place = || args.clip.input.display().to_string();
     let retarget =

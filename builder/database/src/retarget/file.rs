@@ -121,6 +121,11 @@ impl MapFile {
         Self { has_y_up: document.has_y_up(), ..self.clone() }
     }
 
+    /// The joint that is stated to be the hips.
+    pub fn hips(&self) -> Option<&String> {
+        self.joints.get(&Part::Hips).and_then(Option::as_ref)
+    }
+
     /// Reads a text; `file` is for messages.
     ///
     /// # Errors

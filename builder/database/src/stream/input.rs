@@ -11,7 +11,6 @@ use crate::{
     retarget::{
         MapFile, Retarget,
         file::{FloorError, check_floor},
-        parts::Part,
         up::lifted,
     },
     stream::{
@@ -115,8 +114,7 @@ impl Input {
         database: &Database<'_>,
         options: &InputOptions,
     ) -> Result<Self> {
-        let map = options.map.of_document(&document);
-        let hips = map.joints.get(&Part::Hips).and_then(Option::as_ref);
+        let hips = options.map.hips();
         let (document, binding, clip) = bind(document, path, database, options.unit, hips)?;
         Self::of(document, binding, Repaired::of(&clip), database, options)
             .with_context(|| path.display().to_string())

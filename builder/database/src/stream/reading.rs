@@ -18,6 +18,8 @@ use crate::stream::body_mapping::same_body;
 /// Reads a motion file for a database: the document, its binding, and the clip at its own rate.
 ///
 /// Without a unit, the one is used in which the body has the size of the database's, or else a guess by an adult's height.
+/// `hips` is the joint to take as the hips, where that is stated and the joint carries the body: has a place of its own in
+/// each frame.
 ///
 /// # Errors
 /// Where it can't be read.
@@ -25,11 +27,12 @@ pub fn read_clip(
     path: &Path,
     database: &Database<'_>,
     unit: Option<Unit>,
+    hips: Option<&String>,
 ) -> Result<(Document, Binding, Clip)> {
-    bind(capture::read(path)?, path, database, unit, None)
+    bind(capture::read(path)?, path, database, unit, hips)
 }
 
-/// [`read_clip`] for a document that was read before; `hips` is the joint to take as the hips, where that is stated.
+/// [`read_clip`] for a document that was read before.
 pub(super) fn bind(
     document: Document,
     path: &Path,
@@ -39,10 +42,11 @@ pub(super) fn bind(
 ) -> Result<(Document, Binding, Clip)> {
     let name = path.display();
     let target = database_skeleton(database);
+    let carries = |root: &String| document.joints().iter().any(|j| j.name == *root && j.moves == [true; 3]);
+    let hips = hips.filter(|hips| carries(hips));
     let mut binding = binding_of(&document, unit, hips, &target).with_context(|| name.to_string())?;
     // A joint that carries the hips may be animated, as Biped's is; they carry its motion if they move themselves.
     let root = target.names.first().filter(|root| binding.skeleton().names.first() != Some(root));
-    let carries = |root: &String| document.joints().iter().any(|j| j.name == *root && j.moves == [true; 3]);
     if let Some(root) = root.filter(|root| hips.is_none() && carries(root)) {
         let other = binding_of(&document, unit, Some(root), &target).with_context(|| name.to_string())?;
         if same_body(other.skeleton(), &target).is_some() {
