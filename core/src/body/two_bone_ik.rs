@@ -129,7 +129,7 @@ fn hinge(upper: Vector, lower: Vector, side: Vector) -> Vector {
 
 /// Two bones that reach for a point: the fold of the lower one about the unit `axis`, and the swing of the whole limb that
 /// follows it, both in the world. `wanted` is relative to the limb's beginning. At a point further than `reach` the limb only
-/// points; at one nearer than the difference of the bones' lengths and [`MIN_FOLD`] of their sum it stays at that distance.
+/// points; at one nearer than the difference of the bones' lengths and `MIN_FOLD` of their sum it stays at that distance.
 /// `None` where there is nothing to reach with or for.
 ///
 /// With `u` and `l` the bones and `k` the axis, the fold by θ brings the limb's end to the distance d where

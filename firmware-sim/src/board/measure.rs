@@ -224,7 +224,7 @@ fn model_bytes(job: &Job<'_>) -> usize {
 /// Streams a clip through a board.
 ///
 /// # Errors
-/// As [`with_session`], and settings that the board refuses.
+/// As `with_session`, and settings that the board refuses.
 pub fn measure(
     board: &'static Board,
     image: &Path,

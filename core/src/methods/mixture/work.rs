@@ -31,7 +31,7 @@ impl Work {
     /// `C V` + [`MAX_VISITS`] distances: after a jump a class is searched again, with the visits that the others have not
     /// used and [`MAX_VISITS`] more. Smaller classes are compared whole, once. Of the classes `config.classes` are unpacked,
     /// at most; in a stream's first frame two, and the nearest once more. Each of them that is not a gait takes
-    /// [`MAX_DISTANCES`] distances more to be followed.
+    /// `MAX_DISTANCES` distances more to be followed.
     pub fn of_mixture(
         config: &Config,
         rows: impl Iterator<Item = usize>,
