@@ -1,7 +1,7 @@
 //! `gestus-sim run`: streams a clip through the core as firmware does, one pose a tick and without looking ahead. The
 //! digest is that of `gestus translate` on the same input. With `--faults` the core gets only the frames that arrive.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use gestus_core::Database;
 use gestus_database::{
     command_line::{options::ReportArgs, outputs::say},
@@ -45,7 +45,7 @@ pub struct RunArgs {
 pub fn run(args: &RunArgs) -> Result<()> {
     let parts: Vec<&'static Part> = match args.board.as_deref() {
         Some("all") => PARTS.iter().collect(),
-        Some(name) => vec![names::find(name).context("--board")?],
+        Some(name) => vec![names::find(name).map_err(|error| anyhow!("--board {error}"))?],
         None => Vec::new(),
     };
     args.clip.check(None, None)?;
