@@ -13,7 +13,7 @@ use std::{
 
 use gestus_motion::{
     capture::{self, CaptureError},
-    clip::Clip,
+    clip::{Clip, Frame},
     formats::bvh::Bvh,
     unit::Unit,
 };
@@ -143,13 +143,13 @@ fn a_clip_takes_the_style_of_another_skeleton() {
     let read = |path: &Path| capture::read(path).unwrap();
     let poses =
         |path: &Path| gestus_motion::binding::to_clip(&read(path), &Default::default()).unwrap().0.frames;
+    let mean_turn = |before: &[Frame], after: &[Frame]| {
+        let joints = before.iter().zip(after).flat_map(|(a, b)| a.rotations.iter().zip(&b.rotations));
+        let all: Vec<f64> = joints.map(|(a, b)| a.angle_to(b).to_degrees()).collect();
+        all.iter().sum::<f64>() / all.len() as f64
+    };
     let (before, after) = (poses(&clip), poses(&out));
-    let turned = before
-        .iter()
-        .zip(&after)
-        .flat_map(|(a, b)| a.rotations.iter().zip(&b.rotations).map(|(a, b)| a.angle_to(b).to_degrees()));
-    let all: Vec<f64> = turned.collect();
-    let mean = all.iter().sum::<f64>() / all.len() as f64;
+    let mean = mean_turn(&before, &after);
     assert!(mean < 3.0, "{mean} degrees");
 
     // Far away and with Z up it is the same.
@@ -196,13 +196,7 @@ fn a_clip_takes_the_style_of_another_skeleton() {
     let (ok, said, stderr) = gestus(&call);
     assert!(ok, "{stderr}");
     assert_eq!(serde_json::from_str::<Value>(&said).unwrap()["retargeted"], true);
-    let (before, after) = (poses(&clip), poses(&out));
-    let off = before
-        .iter()
-        .zip(&after)
-        .flat_map(|(a, b)| a.rotations.iter().zip(&b.rotations).map(|(a, b)| a.angle_to(b).to_degrees()));
-    let off: Vec<f64> = off.collect();
-    let mean = off.iter().sum::<f64>() / off.len() as f64;
+    let mean = mean_turn(&poses(&clip), &poses(&out));
     assert!(mean < 3.0, "{mean} degrees with other axes");
     write(&clip, &moved);
     write(&reference, &poser());
