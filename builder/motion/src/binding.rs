@@ -308,7 +308,7 @@ fn moved_body(all: &[Joint], joint: usize, below: &[usize]) -> Option<usize> {
     let is_body = |&&child: &&usize| {
         all[child].degrees == 6 && !all[child].still && joints(child) > ALMOST_ALL * (joints(joint) - 1.0)
     };
-    below.iter().find(is_body).copied().filter(|_| all[joint].still)
+    if all[joint].still { below.iter().find(is_body).copied() } else { None }
 }
 
 /// Whether thigh, shin and foot of either side hang on a joint, as the names say.

@@ -8,7 +8,7 @@ use gestus_database::{
     command_line::options::{ReportArgs, UnitArgs},
     models::statistic::transfer::{self, mean_offset},
     retarget::{MapFile, Retarget, axis, file::check_floor, up},
-    stream::{cleanup::Limbs, far::Place, same_body},
+    stream::{cleanup::Limbs, far::Place, is_same_body},
 };
 use gestus_evaluate::metrics::{feet::skate_cm_s, performance::Performance};
 use gestus_motion::{
@@ -117,10 +117,7 @@ pub fn run(args: &Args) -> Result<()> {
     args.floor.map(check_floor).transpose().map_err(|e| anyhow!("--{e}"))?;
     let Read { document, binding, clip: source, place } = read(&args.input, args.unit.unit, "--up", args.up)?;
     let reference = read(&args.reference, args.unit.unit, "--reference-up", args.reference_up)?.clip;
-    // Joints in one order, so that rotations can be copied.
-    let alike = source.skeleton.names == reference.skeleton.names
-        && same_body(&reference.skeleton, &source.skeleton).is_some();
-    let retargeted = !alike;
+    let retargeted = !is_same_body(&reference.skeleton, &source.skeleton);
     let reference = match retargeted {
         false => reference,
         true => {

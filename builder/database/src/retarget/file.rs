@@ -97,11 +97,7 @@ enum Rest {
 
 /// Reads the height of a floor; the reader names the line.
 fn floor<'d, D: Deserializer<'d>>(from: D) -> Result<Option<f64>, D::Error> {
-    let metres = f64::deserialize(from)?;
-    if FLOORS_M.contains(&metres) {
-        return Ok(Some(metres));
-    }
-    Err(D::Error::custom(format!("{metres} is no height of a floor: {}", expected_floor())))
+    check_floor(f64::deserialize(from)?).map(Some).map_err(D::Error::custom)
 }
 
 impl MapFile {

@@ -149,6 +149,11 @@ fn length(skeleton: &Skeleton, leg: &gestus_core::blob::Leg) -> f64 {
     skeleton.offsets[leg.knee].norm() + skeleton.offsets[leg.ankle].norm()
 }
 
+/// Whether rotations can be copied from one skeleton to the other, joint by joint: the same body, its joints in one order.
+pub fn is_same_body(a: &Skeleton, b: &Skeleton) -> bool {
+    a.names == b.names && same_body(a, b).is_some()
+}
+
 /// For each joint of the database the clip's, if both have the same body: the same names and parents, and about the same
 /// bones. A copy of the skeleton of another size or with other axes is another body.
 pub fn same_body(clip: &Skeleton, database: &Skeleton) -> Option<Vec<usize>> {

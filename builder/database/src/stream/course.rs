@@ -128,24 +128,15 @@ impl Course {
 
     /// What the path has beyond an even one, which is smooth.
     pub fn unevenness(&self, rate_hz: f64) -> Unevenness {
-        let even = smoothed(&self.path, PATH_SMOOTHING_S * rate_hz);
-        let beyond = self.path.iter().zip(&even).map(|(path, even)| path - even).collect();
-        Unevenness { beyond, way_m: way_m(&even) }
+        Unevenness::of(&self.path, &smoothed(&self.path, PATH_SMOOTHING_S * rate_hz))
     }
 
     /// What the path has beyond a straight one in the frames of a round of a loop, which are `count` at another rate.
     pub fn unevenness_of(&self, round: &Round, count: usize) -> Unevenness {
-        let at = |frame: f64| {
-            let (before, share) = (frame as usize, frame.fract());
-            let [a, b] = [before, before + 1].map(|frame| self.path[frame.min(self.path.len() - 1)]);
-            a.lerp(&b, share)
-        };
         let end = count.saturating_sub(1).max(1) as f64;
-        let path: Vec<Vector3<f64>> =
-            (0..count).map(|k| at(round.start as f64 + k as f64 / end * round.period as f64)).collect();
-        let even = straight(&path);
-        let beyond = path.iter().zip(&even).map(|(path, even)| path - even).collect();
-        Unevenness { beyond, way_m: way_m(&even) }
+        let frame = |k: usize| round.start as f64 + k as f64 / end * round.period as f64;
+        let path: Vec<Vector3<f64>> = (0..count).map(|k| at(&self.path, frame(k))).collect();
+        Unevenness::of(&path, &straight(&path))
     }
 
     /// Moves the clip along its course.
@@ -166,19 +157,32 @@ pub struct Unevenness {
 }
 
 impl Unevenness {
+    fn of(path: &[Vector3<f64>], even: &[Vector3<f64>]) -> Self {
+        let beyond = path.iter().zip(even).map(|(path, even)| path - even).collect();
+        Self { beyond, way_m: way_m(even) }
+    }
+
     /// Removes it from the output's frames, as much as their path is of the course's. `source` is the input's frame of each,
     /// `rate_hz` the rate of both.
     pub fn remove(&self, frames: &mut [Frame], source: impl Fn(usize) -> f64, rate_hz: f64) {
         let roots: Vec<Vector3<f64>> = frames.iter().map(|f| flat(f.root, &Vector3::y())).collect();
-        let Some(last) = self.beyond.len().checked_sub(1).filter(|_| !frames.is_empty()) else { return };
+        if self.beyond.is_empty() || frames.is_empty() {
+            return;
+        }
         let way_m = way_m(&smoothed(&roots, PATH_SMOOTHING_S * rate_hz));
         let share = (way_m / self.way_m.max(1e-6)).min(MAX_UNEVENNESS);
         for (t, frame) in frames.iter_mut().enumerate() {
-            let at = source(t).clamp(0.0, last as f64);
-            let (before, after) = (at as usize, (at as usize + 1).min(last));
-            frame.root -= self.beyond[before].lerp(&self.beyond[after], at.fract()) * share;
+            frame.root -= at(&self.beyond, source(t)) * share;
         }
     }
+}
+
+/// A path between two of its frames; its ends where there are none.
+fn at(path: &[Vector3<f64>], frame: f64) -> Vector3<f64> {
+    let last = path.len() - 1;
+    let frame = frame.clamp(0.0, last as f64);
+    let before = frame as usize;
+    path[before].lerp(&path[(before + 1).min(last)], frame.fract())
 }
 
 /// Length of a path.

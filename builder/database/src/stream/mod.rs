@@ -26,7 +26,7 @@ use gestus_core::{
 };
 use nalgebra::Vector3;
 
-pub use body_mapping::same_body;
+pub use body_mapping::is_same_body;
 
 use crate::with_capacities;
 use gestus_motion::clip::{Clip, Frame, rotation};

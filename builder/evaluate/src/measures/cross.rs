@@ -14,7 +14,7 @@ use gestus_database::{
     build::build,
     command_line::progress,
     data_folder::{config, load::load},
-    stream::same_body,
+    stream::is_same_body,
 };
 use gestus_motion::{body::Body, statistics::mean};
 use serde_json::json;
@@ -118,8 +118,7 @@ fn load_unseen(folder: &Path, experiment: &Experiment) -> Result<Experiment> {
     let mut config = config::Config::of_folder(folder)?;
     config.rate_hz = known.rate_hz;
     let loaded = load(&config)?.corpus;
-    if loaded.skeleton.names != known.skeleton.names || same_body(&loaded.skeleton, &known.skeleton).is_none()
-    {
+    if !is_same_body(&loaded.skeleton, &known.skeleton) {
         bail!(
             "{}: its skeleton is not that of --data: bring its clips there with `gestus retarget`",
             folder.display()

@@ -111,8 +111,9 @@ impl Tree {
                 None => skin.clone(),
             },
             None => {
-                let below = |n: &usize| !self.nodes[*n].is_thing && self.up(*n).any(|n| moving.contains(&n));
-                moved.iter().copied().chain((0..self.nodes.len()).filter(below)).collect()
+                let is_below = |n: usize| self.up(n).any(|n| moving.contains(&n));
+                let is_of_body = |&n: &usize| moving.contains(&n) || !self.nodes[n].is_thing && is_below(n);
+                (0..self.nodes.len()).filter(is_of_body).collect()
             }
         };
         if self.common(&wanted).is_none() {
