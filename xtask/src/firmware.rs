@@ -1,5 +1,5 @@
 //! `cargo xtask firmware`: the images of all boards, and in the emulator a long stream that has to give the bits of
-//! this machine on every one, in debug and in release.
+//! this machine on those with room and speed for it.
 
 use std::collections::BTreeSet;
 

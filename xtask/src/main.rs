@@ -69,7 +69,7 @@ enum Chore {
     NoPanic(Setup),
     /// The C interface: its tests, its header, and its example on this machine and on an emulated Cortex-M4F
     Capi(Setup),
-    /// The firmware for every emulated board, and a long stream that has to give the same bits on all of them
+    /// The firmware for every emulated board, and a long stream that has to give the same bits on those with room and speed for it
     Firmware(Setup),
     /// What the core costs on boards, against budgets.toml
     Budget {

@@ -72,7 +72,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// [`step`](Self::step) for a control loop: one tick, with or without an input.
     ///
     /// `input` is the pose that has arrived since the last tick, with its number: any count that grows by one a frame
-    /// and may wrap. A tick always writes a pose, by the policy [`Safety`], and the report names the fault. Before the
+    /// and may wrap. A tick writes a pose, by the policy [`Safety`], and the report names the fault. Only before the
     /// first valid input `output` is not changed, and [`last_output`](Self::last_output) is `None`.
     pub fn tick(&mut self, input: Option<(&Pose<J>, u32)>, output: &mut Pose<J>) -> Report {
         let Some((pose, number)) = input else { return self.fallback_output(Degraded::STALE, output) };

@@ -25,7 +25,7 @@ use serde_json::{Value, json};
 
 use super::{
     boards::{self, BOARDS, Board},
-    generated::{REFERENCE, SMALL, SMALL_NEIGHBORS},
+    generated::{Profile, REFERENCE, SMALL, SMALL_NEIGHBORS},
     image,
     measure::{Job, Measured, Replayed, measure, median},
     programs,
@@ -171,6 +171,10 @@ pub fn run(args: &BoardArgs) -> Result<()> {
         });
         (replayed.iter().map(Replayed::json).collect::<Vec<Value>>(), lines.collect::<String>(), differing)
     } else {
+        if args.db.is_none() {
+            // Before several boards need them at once.
+            boards.iter().try_for_each(|board| profile(board).database().map(drop))?;
+        }
         let measured = boards.par_iter().map(|b| clip(args, b)).collect::<Result<Vec<_>>>()?;
         let differing = measured.iter().filter(|m| !m.bit_exact() && !args.micromath);
         let differing: Vec<&str> = differing.map(|m| m.board.name).collect();
@@ -211,9 +215,14 @@ fn build(args: &BoardArgs, boards: &[&'static Board]) -> Result<()> {
     }
 }
 
+/// What is generated for a board.
+const fn profile(board: &Board) -> Profile {
+    if board.blob_address.is_some() { REFERENCE } else { SMALL }
+}
+
 /// Streams a clip through a board: the given one, or a generated one.
 fn clip(args: &BoardArgs, board: &'static Board) -> Result<Measured> {
-    let profile = if board.blob_address.is_some() { REFERENCE } else { SMALL };
+    let profile = profile(board);
     // Few databases fit a micro:bit.
     let own = args.generated || (args.all && board.blob_address.is_none());
     match (&args.db, &args.input) {
