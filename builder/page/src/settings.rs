@@ -43,7 +43,7 @@ impl Animation {
         let root = root.map_err(|e: String| anyhow::anyhow!("root: {e}"))?;
         let up = self.up.as_deref().map(axis::of_name).transpose();
         let map = MapFile { up: up.map_err(|e| anyhow::anyhow!("up: {e}"))?, ..MapFile::default() };
-        InputOptions { map, unit, root, looped: self.looped }.on_floor(self.floor)
+        Ok(InputOptions { map, unit, root, looped: self.looped }.on_floor(self.floor)?)
     }
 }
 

@@ -49,7 +49,7 @@ impl WasmCrate {
         if !path.is_file() {
             note("building the wasm module, which takes a few minutes, once");
         }
-        if let Err(why) = self.build(&target) {
+        if let Some(why) = self.missing() {
             if !path.is_file() {
                 bail!(
                     "the wasm module can't be built ({why}): run `rustup target add {TARGET}` (or, without rustup, `cargo \
@@ -60,6 +60,8 @@ impl WasmCrate {
                 "note: using the earlier build {}, because it can't be rebuilt ({why})",
                 path.display()
             ));
+        } else {
+            self.build(&target)?;
         }
         read(&path)
     }
@@ -71,28 +73,42 @@ impl WasmCrate {
         above.find(|target| target.is_dir()).unwrap_or(own)
     }
 
-    /// Builds the module, if its sources have changed. The error is the reason why it can't be built.
-    fn build(&self, target: &Path) -> Result<(), String> {
-        let manifest = Path::new(self.folder).join("Cargo.toml");
-        if !manifest.is_file() {
-            return Err(format!("{} does not exist", manifest.display()));
+    fn manifest(&self) -> PathBuf {
+        Path::new(self.folder).join("Cargo.toml")
+    }
+
+    /// What is missing to build the module, if anything is.
+    fn missing(&self) -> Option<String> {
+        if !self.manifest().is_file() {
+            return Some(format!("{} does not exist", self.manifest().display()));
         }
         let libdir = Command::new("rustc").args(["--print", "target-libdir", "--target", TARGET]).output();
         let libdir = libdir
             .ok()
             .filter(|o| o.status.success())
             .map(|o| String::from_utf8_lossy(&o.stdout).into_owned());
-        if !libdir.is_some_and(|folder| Path::new(folder.trim()).is_dir()) {
-            return Err(format!("the target {TARGET} is not installed"));
-        }
+        let is_installed = libdir.is_some_and(|folder| Path::new(folder.trim()).is_dir());
+        (!is_installed).then(|| format!("the target {TARGET} is not installed"))
+    }
+
+    /// Builds the module, if its sources have changed.
+    ///
+    /// An earlier build does not stand in for sources that do not compile: a page would then run another core than the
+    /// command that makes it.
+    fn build(&self, target: &Path) -> Result<()> {
         let mut cargo = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-        cargo.args(["build", "--release", "--quiet", "--target", TARGET, "--manifest-path"]).arg(&manifest);
+        cargo
+            .args(["build", "--release", "--quiet", "--target", TARGET, "--manifest-path"])
+            .arg(self.manifest());
         // The same flags as in `cargo xtask wasm`, so that both share one build.
         cargo.arg("--target-dir").arg(target).env("RUSTFLAGS", "").stdout(Stdio::null());
-        match cargo.status() {
-            Ok(status) if status.success() => Ok(()),
-            Ok(status) => Err(format!("cargo: {status}")),
-            Err(error) => Err(format!("cargo: {error}")),
+        let status = cargo.status().context("the wasm module can't be built: cargo can't be started")?;
+        if !status.success() {
+            bail!(
+                "the wasm module can't be built (cargo: {status}, as above): repair {}, or give a module with --wasm FILE",
+                self.folder
+            );
         }
+        Ok(())
     }
 }
