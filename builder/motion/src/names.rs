@@ -69,6 +69,7 @@ impl Family {
 #[serde(deny_unknown_fields)]
 pub struct Names {
     prefixes: Vec<String>,
+    controls: Vec<String>,
     sided: Vec<String>,
     arms: Vec<String>,
     hands: Vec<String>,
@@ -120,7 +121,8 @@ pub fn side(name: &str) -> Option<Side> {
     split(name).0
 }
 
-/// Side and stem of a name, in lower case, without a tool's prefix, separators, and the number that some tools append.
+/// Side and stem of a name, in lower case, without a tool's prefix, a rig's words for controls, separators, and the number
+/// that some tools append.
 pub fn split(name: &str) -> (Option<Side>, String) {
     let names = names();
     let name = name.rsplit(':').next().unwrap_or(name).trim();
@@ -146,6 +148,7 @@ pub fn split(name: &str) -> (Option<Side>, String) {
             "right" if side.is_none() => side = Some(Side::Right),
             "l" if side.is_none() && at_end => side = Some(Side::Left),
             "r" if side.is_none() && at_end => side = Some(Side::Right),
+            word if names.controls.iter().any(|control| control == word) => {}
             other => stem.push_str(other),
         }
     }
@@ -244,6 +247,7 @@ mod tests {
             ("thigh_r", Some(Right), "thigh"),
             ("DEF-upper_arm.L", Some(Left), "upperarm"),
             ("DEF-spine.006", None, "spine006"),
+            ("CTRL_FK_Femur.L", Some(Left), "femur"),
             ("Robot_RightForeArm", Some(Right), "forearm"),
             ("RHipJoint", Some(Right), "hipjoint"),
             ("LowerBack", None, "lowerback"),

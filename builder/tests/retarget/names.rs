@@ -46,6 +46,60 @@ fn a_file_says_what_names_and_shape_do_not() {
     assert!(matches!(error, MapError::Source(IdentifyError::NoSuchJoint { .. })), "{error}");
 }
 
+/// A character of `cube2-data`, whose arms were taken for legs: its names are of no one family.
+#[test]
+fn names_of_several_families_and_of_controls_are_understood() {
+    let foreign = Foreign::new().named(|_, name| {
+        let (stem, side) = name.rsplit_once('_').unwrap_or((name, ""));
+        let called = match stem {
+            "UpperLeg" => "Femur",
+            "LowerLeg" => "Shin",
+            "UpperArm" => "Humerus",
+            "LowerArm" => "Forearm",
+            other => other,
+        };
+        if side.is_empty() { called.to_owned() } else { format!("CTRL_FK_{called}.{side}") }
+    });
+    let map = foreign.map();
+    let joint = |part| map.source.parts.get(part).map(|j| map.source.skeleton.names[j].as_str());
+    for (part, name) in [
+        (Part::UpperLeg(Side::Left), "CTRL_FK_Femur.L"),
+        (Part::Foot(Side::Right), "CTRL_FK_Foot.R"),
+        (Part::UpperArm(Side::Right), "CTRL_FK_Humerus.R"),
+        (Part::Hand(Side::Left), "CTRL_FK_Hand.L"),
+    ] {
+        assert_eq!(joint(part), Some(name));
+    }
+    assert!(map.doubts().iter().all(|doubt| !doubt.contains("by shape")), "{:?}", map.doubts());
+}
+
+/// Legs with a joint more, whose shins were taken for thighs.
+#[test]
+fn what_follows_named_bones_is_their_end() {
+    let foreign = Foreign::new().named(|_, name| {
+        name.replace("Foot_", "UpperFoot_").replace("Toes_", "LowerFoot_").replace("Hand_", "Paw_")
+    });
+    let map = foreign.map();
+    let joint = |part| map.source.parts.get(part).map(|j| map.source.skeleton.names[j].as_str());
+    assert_eq!(joint(Part::Foot(Side::Left)), Some("UpperFoot_L"));
+    assert_eq!(joint(Part::Toes(Side::Right)), Some("LowerFoot_R"));
+    assert_eq!(joint(Part::Hand(Side::Left)), Some("Paw_L"));
+    assert!(map.doubts().iter().all(|doubt| !doubt.contains("by shape")), "{:?}", map.doubts());
+}
+
+/// Names that say a limb which the skeleton is not: shape is right, and the doubt says what the name is.
+#[test]
+fn a_name_that_shape_contradicts_is_told() {
+    let foreign = Foreign::new().named(|_, name| match name {
+        "UpperLeg_L" => "LowerLeg_L".into(),
+        "LowerLeg_L" => "UpperLeg_L".into(),
+        other => other.to_owned(),
+    });
+    let map = foreign.map();
+    let wanted = "by its name `LowerLeg_L` is the left-lower-leg, and by shape the left-upper-leg";
+    assert!(map.doubts().iter().any(|doubt| doubt.contains(wanted)), "{:?}", map.doubts());
+}
+
 #[test]
 fn what_is_no_body_is_refused_with_the_part_that_is_missing() {
     let mut foreign = Foreign::new();

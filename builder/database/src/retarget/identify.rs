@@ -9,6 +9,7 @@ use crate::retarget::{
     file::MapFile,
     parts::{Named, Part, Side, families, named},
     shape::{self, ShapeError},
+    tree::{advice, below, next},
 };
 use gestus_motion::{
     clip::{Frame, Skeleton},
@@ -108,7 +109,10 @@ impl Parts {
         }
         let denied = |part: &Part| file.joints.get(part).is_some_and(Option::is_none);
         parts.by_name(skeleton, &denied);
-        let is_named = parts.missing().next().is_none();
+        parts.ends(skeleton, &denied);
+        // A rig may have several joints of one name, of controls and of the body, which do not hang together.
+        let is_named = parts.missing().next().is_none()
+            && (!file.joints.is_empty() || parts.check_tree(skeleton).is_ok());
         let shape = if is_named { Ok(()) } else { parts.by_shape(skeleton, frames, &denied) };
         if !parts.joints.contains_key(&Part::Hips) || parts.get(Part::Hips) != Some(0) {
             parts.joints.insert(Part::Hips, 0);
@@ -165,6 +169,29 @@ impl Parts {
         put(self, &|joint| joint.likely(), How::Word);
     }
 
+    /// Hands, feet and toes that no name tells: the joint that follows the lower bone of a limb whose bones are named.
+    fn ends(&mut self, skeleton: &Skeleton, denied: &dyn Fn(&Part) -> bool) {
+        let next = next(skeleton);
+        for side in Side::BOTH {
+            let chains: [&[Part]; 2] = [
+                &[Part::UpperLeg(side), Part::LowerLeg(side), Part::Foot(side), Part::Toes(side)],
+                &[Part::UpperArm(side), Part::LowerArm(side), Part::Hand(side)],
+            ];
+            for chain in chains {
+                if self.get(chain[0]).is_none() || self.get(chain[2]).is_some() {
+                    continue;
+                }
+                for pair in chain[1..].windows(2).take_while(|pair| !denied(&pair[1])) {
+                    let free = |joint: &usize| !self.joints.values().any(|taken| taken == joint);
+                    let Some(end) = self.get(pair[0]).and_then(|joint| next[joint]).filter(free) else {
+                        break;
+                    };
+                    self.put(pair[1], end, How::Tree);
+                }
+            }
+        }
+    }
+
     fn by_shape(
         &mut self,
         skeleton: &Skeleton,
@@ -184,6 +211,7 @@ impl Parts {
             self.how.iter().filter(|(_, h)| **h == How::File).map(|(p, _)| *p).collect();
         let complete = shape.parts.len() >= 11;
         if complete {
+            self.doubts.extend(self.contradiction(skeleton, &shape.parts));
             self.joints.retain(|p, _| from_file.contains(p));
             self.how.retain(|p, _| from_file.contains(p));
         }
@@ -205,6 +233,20 @@ impl Parts {
             );
         }
         Ok(())
+    }
+
+    /// What the names of joints say that shape contradicts.
+    fn contradiction(&self, skeleton: &Skeleton, by_shape: &[(Part, usize)]) -> Option<String> {
+        let named = |joint: usize| self.joints.iter().find(|(_, j)| **j == joint).map(|(part, _)| *part);
+        let (joint, by_name, by_shape) = by_shape.iter().find_map(|&(part, joint)| {
+            let by_name = named(joint).filter(|&by_name| by_name != part && part != Part::Hips)?;
+            Some((joint, by_name, part))
+        })?;
+        Some(format!(
+            "by its name `{}` is the {by_name}, and by shape the {by_shape}, as which it is taken: name the joints in a map \
+             file if that is wrong",
+            skeleton.names[joint]
+        ))
     }
 
     /// Left is where left is: names that say otherwise than the feet are exchanged, and reported.
@@ -351,32 +393,4 @@ impl Parts {
             !self.joints.values().any(|k| k == j) && !self.spine.contains(j) && !self.neck.contains(j)
         })
     }
-}
-
-/// True for a control of inverse kinematics, as rigs call them: `IK_foot.L`, `FootIKTarget`, `knee_pole_r`.
-fn is_control(name: &str) -> bool {
-    let words = gestus_motion::names::words(name);
-    let is =
-        |word: &String| ["ik", "pole", "target", "ctrl", "control", "controller"].contains(&word.as_str());
-    words.iter().any(is)
-}
-
-/// What to do where limbs do not hang together.
-fn advice(skeleton: &Skeleton) -> String {
-    let controls: Vec<String> =
-        skeleton.names.iter().filter(|name| is_control(name)).map(|name| format!("`{name}`")).collect();
-    if controls.is_empty() {
-        return "say in a map file which joint is which".into();
-    }
-    format!(
-        "{} {} of inverse kinematics, by which another program bends the limbs: export the motion baked onto the bones that \
-         carry the mesh, or say in a map file which joint is which",
-        controls.join(", "),
-        if controls.len() == 1 { "is a control" } else { "are controls" }
-    )
-}
-
-/// True if `joint` is `above` or one of its descendants.
-fn below(skeleton: &Skeleton, joint: usize, above: usize) -> bool {
-    skeleton.path(joint).contains(&above)
 }

@@ -23,6 +23,7 @@ pub mod map;
 pub mod parts;
 mod rest;
 pub mod shape;
+mod tree;
 pub mod up;
 mod world;
 

@@ -17,6 +17,7 @@ use thiserror::Error;
 use crate::retarget::{
     facing::{self, Limb},
     parts::{Part, Side},
+    tree::next,
 };
 use gestus_motion::{
     clip::{Frame, Skeleton},
@@ -244,19 +245,6 @@ fn pair(
         alike: whole,
         likely: length * whole * less(short) * less(follows),
     })
-}
-
-/// The joint that follows each, of several that of the longest bone.
-fn next(skeleton: &Skeleton) -> Vec<Option<usize>> {
-    let bone = |j: usize| skeleton.offsets[j].norm();
-    let mut next: Vec<Option<usize>> = vec![None; skeleton.joints()];
-    for joint in (1..skeleton.joints()).filter(|&joint| bone(joint) > 1e-6) {
-        let Some(next) = skeleton.parents[joint].map(|parent| &mut next[parent]) else { continue };
-        if next.is_none_or(|known| bone(joint) >= bone(known)) {
-            *next = Some(joint);
-        }
-    }
-    next
 }
 
 /// Whether the first leg is the left one; `None` where nothing tells.
