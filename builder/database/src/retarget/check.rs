@@ -90,7 +90,11 @@ pub fn text(retarget: &Retarget) -> String {
     );
     let others: Vec<usize> = source.parts.others(&source.skeleton).collect();
     if !others.is_empty() {
-        let _ = writeln!(out, "without a counterpart (they move as they do): {}", names(source, &others));
+        let _ = writeln!(
+            out,
+            "without a counterpart (they turn as in the input, at their mean place in their parent): {}",
+            names(source, &others)
+        );
     }
     let _ = writeln!(
         out,
