@@ -23,7 +23,7 @@ pub struct WasmCrate {
 }
 
 impl WasmCrate {
-    /// The module: the given file, otherwise built now, otherwise an earlier build.
+    /// The module: the given file, otherwise built now; an earlier build where what builds it is missing.
     ///
     /// # Errors
     /// A message that says what is missing, and how to get it.

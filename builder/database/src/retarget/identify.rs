@@ -173,11 +173,8 @@ impl Parts {
     fn ends(&mut self, skeleton: &Skeleton, denied: &dyn Fn(&Part) -> bool) {
         let next = next(skeleton);
         for side in Side::BOTH {
-            let chains: [&[Part]; 2] = [
-                &[Part::UpperLeg(side), Part::LowerLeg(side), Part::Foot(side), Part::Toes(side)],
-                &[Part::UpperArm(side), Part::LowerArm(side), Part::Hand(side)],
-            ];
-            for chain in chains {
+            let [leg, arm] = limbs(side);
+            for chain in [&leg[..], &arm[1..]] {
                 if self.get(chain[0]).is_none() || self.get(chain[2]).is_some() {
                     continue;
                 }
@@ -281,11 +278,7 @@ impl Parts {
 
     fn check_tree(&self, skeleton: &Skeleton) -> Result<(), IdentifyError> {
         for side in Side::BOTH {
-            let chains: [&[Part]; 2] = [
-                &[Part::UpperLeg(side), Part::LowerLeg(side), Part::Foot(side), Part::Toes(side)],
-                &[Part::Clavicle(side), Part::UpperArm(side), Part::LowerArm(side), Part::Hand(side)],
-            ];
-            for chain in chains {
+            for chain in limbs(side) {
                 let known: Vec<(Part, usize)> =
                     chain.iter().filter_map(|&p| Some((p, self.get(p)?))).collect();
                 for pair in known.windows(2) {
@@ -393,4 +386,12 @@ impl Parts {
             !self.joints.values().any(|k| k == j) && !self.spine.contains(j) && !self.neck.contains(j)
         })
     }
+}
+
+/// Parts of a leg and an arm, each below the one before it; an arm begins with its collarbone.
+fn limbs(side: Side) -> [[Part; 4]; 2] {
+    [
+        [Part::UpperLeg(side), Part::LowerLeg(side), Part::Foot(side), Part::Toes(side)],
+        [Part::Clavicle(side), Part::UpperArm(side), Part::LowerArm(side), Part::Hand(side)],
+    ]
 }
