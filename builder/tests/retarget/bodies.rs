@@ -160,6 +160,53 @@ fn what_goes_in_comes_back() {
     }
 }
 
+/// A neck that leans at rest came back straight, and a back of more joints than the database's as a curve.
+#[test]
+fn the_neck_and_the_back_come_back_as_they_were() {
+    let truth = walk();
+    let leans = |mut foreign: Foreign| {
+        foreign.skeleton(|s| {
+            let neck = s.names.iter().position(|name| name.ends_with("Neck")).unwrap();
+            s.offsets[neck] = Vector3::new(0.0, 0.18, 0.02);
+            s.offsets[neck + 1] = Vector3::new(0.0, 0.03, 0.05);
+        });
+        foreign
+    };
+    let plain = leans(Foreign::new().mixamo());
+    let mut bent = leans(Foreign::new().mixamo().with_more_joints());
+    // The joint before the chest moves, too.
+    let chest = bent.0.skeleton.names.iter().position(|name| name.ends_with("Chest")).unwrap();
+    for (i, frame) in bent.0.frames.iter_mut().enumerate() {
+        let bend = UnitQuaternion::from_euler_angles(0.4 + 0.3 * (0.1 * i as f64).sin(), 0.0, 0.1);
+        frame.rotations[chest - 1] *= bend;
+        frame.rotations[chest] = bend.inverse() * frame.rotations[chest];
+    }
+    for (what, foreign) in [
+        ("as many joints", plain.clone()),
+        ("other axes", plain.turned()),
+        ("more joints", bent.clone()),
+        ("more joints, other axes", bent.turned().z_up()),
+    ] {
+        let map = foreign.map();
+        let mapped = map.to_target(&foreign.0);
+        let back = map.to_source(&mapped.frames, &foreign.0.frames);
+        let trunk = map.source.parts.spine.iter().chain(&map.source.parts.neck);
+        for &joint in trunk {
+            let turns = foreign.0.frames.iter().zip(&back);
+            let off =
+                turns.map(|(a, b)| a.rotations[joint].angle_to(&b.rotations[joint])).fold(0.0, f64::max);
+            let name = &foreign.0.skeleton.names[joint];
+            assert!(off < 0.017, "{what}: {name} is {off} rad off");
+        }
+        // The database's head is as upright as it was.
+        let head = truth.skeleton.find("Head").unwrap();
+        let turn = |frame: &Frame| frame.world(&truth.skeleton).1[head];
+        let heads = truth.frames.iter().zip(&mapped.frames).map(|(a, b)| turn(a).angle_to(&turn(b)));
+        let most = heads.fold(0.0, f64::max);
+        assert!(most < 0.1, "{what}: the head is {most} rad off");
+    }
+}
+
 #[test]
 fn other_proportions_keep_directions_and_contacts() {
     let mut foreign = Foreign::new().mixamo();

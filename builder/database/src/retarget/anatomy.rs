@@ -36,6 +36,8 @@ use gestus_motion::{
 pub struct Anatomy {
     /// Frame of each joint that has one: from anatomical to the joint's axes.
     pub frames: BTreeMap<usize, UnitQuaternion<f64>>,
+    /// Mean orientation of the second joint as the first one sees it, of joints of the spine and of the neck.
+    pub seen: BTreeMap<(usize, usize), UnitQuaternion<f64>>,
     /// Length of a leg, mean of both, metres.
     pub leg_m: f64,
     /// Length of an arm, mean of both, metres.
@@ -95,6 +97,7 @@ impl Anatomy {
         };
         let mut this = Self {
             frames: BTreeMap::new(),
+            seen: BTreeMap::new(),
             leg_m: mean_length(skeleton, parts, Part::UpperLeg, Part::Foot),
             arm_m: mean_length(skeleton, parts, Part::UpperArm, Part::Hand),
             ankle_m: 0.0,
@@ -108,6 +111,7 @@ impl Anatomy {
         let mut measure = Measure { parts, worlds: &worlds, up, lies, zero: upright_axes, body: &mut this };
         measure.hips();
         measure.trunk();
+        measure.bends();
         let stands = measure.ankles(standing);
         for side in Side::BOTH {
             measure.limb(Limb::Leg, side);
@@ -194,6 +198,20 @@ impl Measure<'_> {
                 (None, None) => seen_in(self.up.iter().copied(), j, |_| Vector3::y()),
             };
             self.body.frames.insert(j, axes(up, left, i == 0));
+        }
+    }
+
+    /// How joints of the spine and of the neck lie to each other.
+    fn bends(&mut self) {
+        let (spine, neck) = (&self.parts.spine, &self.parts.neck);
+        let chest = spine.last().copied().unwrap_or(0);
+        for (first, chain) in [(0, spine), (chest, neck)] {
+            for &joint in chain {
+                for &other in chain.iter().chain([&first]) {
+                    let seen = self.worlds.iter().map(|w| w.turns[joint].inverse() * w.turns[other]);
+                    self.body.seen.insert((joint, other), mean_rotation(seen));
+                }
+            }
         }
     }
 

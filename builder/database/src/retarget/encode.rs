@@ -21,6 +21,12 @@ enum Source {
     Follow { from: [usize; 2], weight: f64, turns: [UnitQuaternion<f64>; 2] },
 }
 
+impl Source {
+    fn follow(joint: usize, turn: UnitQuaternion<f64>) -> Self {
+        Self::Follow { from: [joint; 2], weight: 0.0, turns: [turn; 2] }
+    }
+}
+
 /// Sources in `from` of `to`'s joints.
 fn sources(from: &Body, to: &Body) -> Vec<Source> {
     let frame = |body: &Body, j: usize| body.anatomy.frame(j);
@@ -49,10 +55,61 @@ fn sources(from: &Body, to: &Body) -> Vec<Source> {
         if let Some(a) = from.parts.get(part)
             && let Some(turn) = turn(a, t)
         {
-            sources[t] = Source::Follow { from: [a, a], weight: 0.0, turns: [turn, turn] };
+            sources[t] = Source::follow(a, turn);
         }
     }
     sources
+}
+
+/// Sources of both directions: of the target's joints in `source`, and of the source's in `target`.
+///
+/// Joints inside spine and neck have counterparts, the nearest in order, as many as the body with fewer has. Such a joint
+/// turns as its counterpart does, and lies, on average over the source's motion, as between its neighbors: a neck that
+/// leans at rest leans on the way back, and the database's does not. Those of the source that are left over are as in the
+/// input. So a pose comes back as it was.
+fn both_ways(source: &Body, target: &Body) -> [Vec<Source>; 2] {
+    let (mut inwards, mut outwards) = (sources(source, target), sources(target, source));
+    for (theirs, ours) in source.chains().into_iter().zip(target.chains()) {
+        let lost = if ours.len() > 1 { inner(&theirs) } else { &theirs[1..] };
+        for &(joint, _) in lost {
+            outwards[joint] = Source::Stay(source.rest[joint]);
+        }
+        for (joint, counterpart) in pairs(inner(&theirs), inner(&ours)) {
+            let Source::Follow { from, weight, turns } = &inwards[counterpart] else { continue };
+            let seen = |i: usize| {
+                let from = from[i];
+                let seen = if from == joint { None } else { source.anatomy.seen.get(&(joint, from)) };
+                seen.copied().unwrap_or_default() * turns[i]
+            };
+            let turn = seen(0).try_slerp(&seen(1), *weight, 1e-9).unwrap_or_else(|| seen(0));
+            inwards[counterpart] = Source::follow(joint, turn);
+            outwards[joint] = Source::follow(counterpart, turn.inverse());
+        }
+    }
+    [inwards, outwards]
+}
+
+/// A chain without its ends.
+fn inner(chain: &[(usize, f64)]) -> &[(usize, f64)] {
+    chain.get(1..chain.len() - 1).unwrap_or_default()
+}
+
+/// Joints of two chains that are nearest to each other, in order: each of the shorter one's has a counterpart.
+fn pairs(a: &[(usize, f64)], b: &[(usize, f64)]) -> Vec<(usize, usize)> {
+    if a.len() > b.len() {
+        return pairs(b, a).into_iter().map(|(b, a)| (a, b)).collect();
+    }
+    let mut free = 0;
+    let mut pairs = Vec::new();
+    for (i, &(joint, at)) in a.iter().enumerate() {
+        let off = |k: &usize| (b[*k].1 - at).abs();
+        // The joints that follow need one each.
+        let last = b.len() - (a.len() - i);
+        let nearest = (free..=last).min_by(|x, y| off(x).total_cmp(&off(y))).unwrap_or(last);
+        pairs.push((joint, b[nearest].0));
+        free = nearest + 1;
+    }
+    pairs
 }
 
 /// The limbs that both bodies have.
@@ -119,7 +176,7 @@ pub(super) fn encode(
             set(&mut bytes, at, joint::OFFSET, offset.as_slice());
         }
     }
-    for records in [sources(source, target), sources(target, source)] {
+    for records in both_ways(source, target) {
         for from in &records {
             let at = grow(&mut bytes, record::LENGTH);
             let identity = UnitQuaternion::identity();

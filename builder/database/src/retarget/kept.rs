@@ -44,6 +44,9 @@ impl Kept {
         part.parts.neck = places(&body.parts.neck);
         let frames = body.anatomy.frames.iter();
         part.anatomy.frames = frames.filter_map(|(&j, frame)| Some((place(j)?, *frame))).collect();
+        let seen = body.anatomy.seen.iter();
+        part.anatomy.seen =
+            seen.filter_map(|(&(a, b), turn)| Some(((place(a)?, place(b)?), *turn))).collect();
         part.rest = kept.iter().map(|&j| body.rest[j]).collect();
         part
     }

@@ -45,6 +45,9 @@ impl Body {
         for (&joint, frame) in &mut anatomy.frames {
             *frame = turns[joint].inverse() * *frame;
         }
+        for (&(joint, other), seen) in &mut anatomy.seen {
+            *seen = turns[joint].inverse() * *seen * turns[other];
+        }
         anatomy.hips = turns[0].inverse() * anatomy.hips;
         let skeleton = clip.skeleton.clone();
         let body = Self { skeleton, parts, anatomy, floor, rest: pose.rotations }.checked("character")?;
