@@ -17,7 +17,7 @@ use thiserror::Error;
 use crate::{
     animation::{Joint, Recording, children},
     clip::{Clip, Frame, Skeleton},
-    names,
+    height, names,
     unit::Unit,
 };
 
@@ -64,8 +64,6 @@ pub enum ConvertError {
 const FAR_M: f64 = 1e7;
 /// Longest bone, metres: the limit of databases and retargeting maps.
 const MAX_BONE_M: f64 = 100.0;
-/// Longest tip of a chain of bones that tells a body's height, in the length of the bone before it.
-const MAX_TIP_RATIO: f64 = 2.0;
 /// Movement of an inner joint's translation that is worth a note, metres.
 const STRETCH_M: f64 = 0.01;
 
@@ -113,7 +111,7 @@ impl Binding {
         let means: Vec<Vector3<f64>> = joints.iter().map(|&j| mean_translation(recording, all, j)).collect();
 
         let mut notes = recording.notes().to_vec();
-        let guess = || Unit::guess(longest_chain(all, &joints, &place, &means));
+        let guess = || Unit::guess(height::estimate(all, &joints, &place, &means));
         let (unit, guessed, doubt) = match (options.unit, recording.unit()) {
             (Some(unit), _) => (unit, None, None),
             (None, Some(unit)) => match guess().instead(unit) {
@@ -358,20 +356,4 @@ fn translation_range(recording: &impl Recording, joints: &[Joint], joint: usize)
     let place = |f: usize| recording.place(f, joint);
     let first = place(0);
     (1..recording.frames()).map(|f| (place(f) - first).norm()).fold(0.0, f64::max)
-}
-
-/// Longest chain of bones from the hips to a tip, with End Sites, file units.
-fn longest_chain(all: &[Joint], joints: &[usize], place: &[Option<usize>], means: &[Vector3<f64>]) -> f64 {
-    let mut reach = vec![0.0; joints.len()];
-    let mut longest: f64 = 0.0;
-    for (s, &j) in joints.iter().enumerate() {
-        let joint = &all[j];
-        if s > 0 {
-            reach[s] = means[s].norm() + joint.parent.and_then(|p| place[p]).map_or(0.0, |p| reach[p]);
-        }
-        let tip = joint.tips.iter().map(Vector3::norm).fold(0.0, f64::max);
-        // Blender writes tips of fourteen metres for bones of glTF, which has none.
-        longest = longest.max(reach[s] + tip.min(MAX_TIP_RATIO * means[s].norm()));
-    }
-    longest
 }

@@ -16,6 +16,7 @@ pub mod euler;
 pub mod files;
 mod format;
 pub mod formats;
+mod height;
 pub mod joints;
 pub mod landmarks;
 pub mod names;

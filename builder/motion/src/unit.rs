@@ -1,8 +1,7 @@
 //! Units of length: a BVH file does not state its own, so it is given or guessed.
 //!
-//! The guess is by the body's height. The longest chain of bones from the hips to a tip is about 0.65 of it for any
-//! adult, whatever the pose (many files have no rest pose). The unit is the one whose height is nearest in ratio to
-//! 1.7 m.
+//! The guess is by the body's height, estimated from its bones (many files have no rest pose). The unit is the one whose
+//! height is nearest in ratio to 1.7 m.
 
 use std::str::FromStr;
 
@@ -54,9 +53,8 @@ impl Unit {
         }
     }
 
-    /// Guesses from the longest chain of bones below the hips, in file units.
-    pub fn guess(chain: f64) -> UnitGuess {
-        let height = chain * HEIGHT_OF_CHAIN;
+    /// Guesses from the body's height, in file units.
+    pub fn guess(height: f64) -> UnitGuess {
         let off = |u: Unit| (height * u.metres() / ADULT_M).ln().abs();
         let mut unit = Unit::Metres;
         for candidate in Unit::KNOWN {
@@ -68,8 +66,6 @@ impl Unit {
     }
 }
 
-/// Height of a body over its longest chain from hips to a tip.
-const HEIGHT_OF_CHAIN: f64 = 1.55;
 /// Expected height, metres.
 const ADULT_M: f64 = 1.7;
 
@@ -170,7 +166,7 @@ mod tests {
     fn an_adult_is_seen_in_every_unit() {
         for unit in Unit::KNOWN {
             for height_m in [1.4, 1.7, 2.0] {
-                let guess = Unit::guess(height_m / HEIGHT_OF_CHAIN / unit.metres());
+                let guess = Unit::guess(height_m / unit.metres());
                 assert_eq!(guess.unit, unit);
                 assert!(guess.sure && (guess.height_m - height_m).abs() < 1e-9);
             }
@@ -185,10 +181,10 @@ mod tests {
         for (height, metres) in
             [(1.7, None), (15.0, None), (32.5, Some(Unit::Cmu)), (180.0, Some(Unit::Centimetres))]
         {
-            let instead = Unit::guess(height / HEIGHT_OF_CHAIN).instead(Unit::Metres);
+            let instead = Unit::guess(height).instead(Unit::Metres);
             assert_eq!(instead.map(|(unit, _)| unit), metres, "{height}");
         }
-        let small = Unit::guess(0.017 / HEIGHT_OF_CHAIN).instead(Unit::Metres).unwrap().0;
+        let small = Unit::guess(0.017).instead(Unit::Metres).unwrap().0;
         assert!((small.metres() - 100.0).abs() < 1e-9);
     }
 

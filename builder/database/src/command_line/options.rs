@@ -88,8 +88,8 @@ impl GroundArgs {
 /// The unit of a clip's lengths.
 #[derive(clap::Args, Clone, Copy, Debug)]
 pub struct UnitArgs {
-    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or metres a unit. Default: the unit in which the body has
-    /// the size of the database's, or else a guess by its height
+    /// Unit of the clip's lengths: m, cm, mm, inch, cmu, or metres a unit. Default: in glTF metres, in BVH a guess by
+    /// the body's height; with a database, the unit in which the body has the size of the database's, if there is one
     #[arg(long)]
     pub unit: Option<Unit>,
 }
