@@ -115,6 +115,11 @@ impl GroundMotion {
         Self { turn, shift: Vector3::new(shift.x, 0.0, shift.z) }
     }
 
+    fn inverse(&self) -> Self {
+        let turn = self.turn.inverse();
+        Self { turn, shift: turn * -self.shift }
+    }
+
     fn apply(&self, frame: &Frame) -> Frame {
         let mut frame = frame.clone();
         frame.root = self.turn * frame.root + self.shift;
@@ -292,7 +297,8 @@ pub fn last(streamed: &mut Streamed, found: &Round, round: &Clip, body: &Body) {
     let from = streamed.steps.len() - 1 - period;
     streamed.steps.drain(..from);
     let frames = streamed.frames();
-    for (step, frame) in streamed.steps.iter_mut().zip(close_gap(body, found.straightened(body, frames))) {
+    let closed = |frames| put_back(close_gap(body, found.straightened(body, frames)), round, body);
+    for (step, frame) in streamed.steps.iter_mut().zip(closed(frames)) {
         step.frame = frame;
     }
     streamed.steps[period].report.contacts = streamed.steps[0].report.contacts;
@@ -306,8 +312,27 @@ pub fn last(streamed: &mut Streamed, found: &Round, round: &Clip, body: &Body) {
     if let Some(retimed) = &mut streamed.retimed {
         retimed.frames.drain(..from);
         retimed.ticks.drain(..from);
-        retimed.frames = close_gap(body, found.straightened(body, retimed.frames.clone()));
+        retimed.frames = closed(std::mem::take(&mut retimed.frames));
     }
+}
+
+/// Puts the last round of [`repeated`] to where the first one is: the rounds before moved it, and so did their style.
+fn put_back(mut frames: Vec<Frame>, round: &Clip, body: &Body) -> Vec<Frame> {
+    let back = GroundMotion::between(body, &round.frames[0], &round.frames[round.frames.len() - 1]).inverse();
+    for _ in 1..rounds(round) {
+        frames.iter_mut().for_each(|frame| *frame = back.apply(frame));
+    }
+    let off = beginning(&round.frames) - beginning(&frames);
+    frames.iter_mut().for_each(|frame| frame.root += Vector3::new(off.x, 0.0, off.z));
+    frames
+}
+
+/// Where a round begins, sway left out: the mean place of a body that stays.
+fn beginning(frames: &[Frame]) -> Vector3<f64> {
+    let last = frames.len() - 1;
+    let (first, end) = (frames[0].root, frames[last].root);
+    let sway = |(k, frame): (usize, &Frame)| frame.root - first.lerp(&end, k as f64 / last as f64);
+    first + frames.iter().enumerate().map(sway).sum::<Vector3<f64>>() / frames.len() as f64
 }
 
 /// Closes the gap between the last frame and the first pose, which may be elsewhere: spreads the difference over all frames.
