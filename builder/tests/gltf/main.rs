@@ -19,7 +19,7 @@ use gestus_motion::{
     files::FileError,
     formats::{
         bvh::{AsBvh, Bvh},
-        gltf::{GltfError, GltfErrorKind, parse},
+        gltf::{Gltf, GltfError, GltfErrorKind, parse},
     },
     unit::Unit,
 };
@@ -463,7 +463,7 @@ fn of_several_animations_each_is_a_clip_by_its_name() {
 
 /// Sample figures have an animation a joint; each was read as a clip of its own, in which one joint moves.
 #[test]
-fn an_animation_a_joint_is_no_clip() {
+fn animations_of_one_joint_each_are_one_motion() {
     let mut made = hinge(&[0.0, 1.0], &[0.0, 90.0], "LINEAR");
     let first = made.json["animations"][0].clone();
     let of = |node: usize| {
@@ -475,8 +475,21 @@ fn an_animation_a_joint_is_no_clip() {
         animation
     };
     made.json["animations"] = json!([of(0), of(1)]);
-    let error = parse(&made.glb(), "figure.glb", &nothing_beside).unwrap_err().kind;
+    let bytes = made.glb();
+    let error = parse(&bytes, "figure.glb", &nothing_beside).unwrap_err().kind;
     assert!(matches!(error, GltfErrorKind::OneByOne { animations: 2 }), "{error}");
+    // Files are read with all of them in one, and written so.
+    let joined = |bytes: Vec<u8>| Gltf::of(bytes.into(), "figure.glb", Path::new("")).unwrap();
+    let [figure] = &joined(bytes)[..] else { panic!("it is one motion") };
+    assert!(figure.animation.notes.iter().any(|note| note.contains("each of its 2 animations")));
+    let (clip, binding) = to_clip(&figure.animation, &Options::default()).unwrap();
+    let turns = |frame: usize| clip.frames[frame].rotations.iter().filter(|turn| turn.angle() > 1.5).count();
+    assert_eq!((turns(0), turns(clip.frames.len() - 1)), (0, 2));
+    let [again] = &joined(figure.write(&binding, &clip, None, false).unwrap())[..] else {
+        panic!("it is written as one motion")
+    };
+    assert_eq!(again.animation.poses.len(), figure.animation.poses.len());
+    assert!(again.animation.notes.is_empty(), "{:?}", again.animation.notes);
 }
 
 /// The clip that `gestus translate` makes of a file.

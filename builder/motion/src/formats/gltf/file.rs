@@ -7,6 +7,7 @@ use std::{
 
 use super::{
     error::{GltfError, GltfErrorKind},
+    joined::joined,
     motion::animations,
 };
 use crate::{
@@ -29,7 +30,7 @@ pub struct Gltf {
 
 /// Reads the animations of a file that move a body, in the file's order.
 ///
-/// They are named `FILE#ANIMATION`, or `FILE` if there is only one.
+/// They are named `FILE#ANIMATION`, or `FILE` if there is only one. Several that move one joint each are one.
 ///
 /// # Errors
 /// [`GltfError`] if the file, or one of its animations, can't be used.
@@ -68,8 +69,21 @@ impl Gltf {
         folder: &Path,
         only: Option<Option<&str>>,
     ) -> Result<Vec<Self>, GltfError> {
-        let found = animations(&bytes, file, &|name| beside(folder, name), only)
-            .map_err(|kind| GltfError { file: file.to_owned(), kind })?;
+        let failed = |kind| GltfError { file: file.to_owned(), kind };
+        let open = |name: &Path| beside(folder, name);
+        let (bytes, found) = match animations(&bytes, file, &open, only) {
+            Err(GltfErrorKind::OneByOne { animations: count }) => {
+                let bytes: Arc<[u8]> = joined(&bytes).map_err(failed)?.into();
+                let mut found = animations(&bytes, file, &open, None).map_err(failed)?;
+                let note = format!(
+                    "each of its {count} animations moves one joint, and no joint is moved by two: they are taken for one \
+                     motion, and written as one"
+                );
+                found.iter_mut().for_each(|(_, motion)| motion.notes.push(note.clone()));
+                (bytes, found)
+            }
+            found => (bytes, found.map_err(failed)?),
+        };
         let with_file =
             |(name, animation)| Self { animation, name, bytes: bytes.clone(), folder: folder.to_owned() };
         Ok(found.into_iter().map(with_file).collect())

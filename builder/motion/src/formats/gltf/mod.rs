@@ -25,6 +25,7 @@ mod data;
 mod document;
 mod error;
 mod file;
+mod joined;
 mod motion;
 mod packed;
 mod rest;
