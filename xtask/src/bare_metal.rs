@@ -1,5 +1,6 @@
-//! `cargo xtask core`: gestus-core alone, for a Cortex-M4F: with all methods, these with `defmt` and with `micromath`,
-//! and each method alone. That it builds there shows that neither it nor what it depends on wants `std` or a heap.
+//! `cargo xtask core`: gestus-core alone, for a Cortex-M4F: built with all methods; checked with these and `defmt` or
+//! `micromath`, and with each method alone. That it compiles there shows that neither it nor what it depends on wants
+//! `std` or a heap.
 
 use std::{fs, process::Command};
 
@@ -11,8 +12,11 @@ use crate::{
 };
 
 const TARGET: &str = "thumbv7em-none-eabihf";
-/// Sets of features that are built, besides each method alone.
-const FEATURES: [&str; 3] = ["methods", "methods,defmt", "methods,micromath"];
+/// Features with which the core is built.
+const BUILT: &str = "methods";
+/// Sets of features with which it is checked, besides each method alone. Their machine code is left to `cargo xtask
+/// no-panic` and `budget`, which link it.
+const CHECKED: [&str; 2] = ["methods,defmt", "methods,micromath"];
 
 /// The methods of the core, by the names of their features: those under `methods` in its manifest.
 ///
@@ -24,7 +28,7 @@ pub fn methods() -> Result<Vec<String>> {
     listed.map(|name| Ok(name.as_str().context("core/Cargo.toml: a method is no text")?.to_owned())).collect()
 }
 
-/// Builds the core for the target.
+/// Compiles the core for the target.
 ///
 /// # Errors
 /// As [`methods`].
@@ -34,8 +38,11 @@ pub fn run(setup: bool) -> Result<Outcome> {
         Err(missing) => return Ok(Outcome::Skipped(missing)),
     };
     let mut failed = Vec::new();
-    for features in FEATURES.map(str::to_owned).into_iter().chain(methods()?) {
-        if let Err(e) = run_command(&mut build(source, &features)) {
+    let checked = CHECKED.map(str::to_owned).into_iter().chain(methods()?);
+    for (subcommand, features) in
+        [("build", BUILT.to_owned())].into_iter().chain(checked.map(|f| ("check", f)))
+    {
+        if let Err(e) = run_command(&mut compile(source, subcommand, &features)) {
             println!("{e:#}");
             failed.push(features);
         }
@@ -46,14 +53,14 @@ pub fn run(setup: bool) -> Result<Outcome> {
     })
 }
 
-fn build(source: Source, features: &str) -> Command {
-    let mut build = source.cargo("build", TARGET);
-    build.args(["--package", "gestus-core", "--no-default-features"]);
+fn compile(source: Source, subcommand: &str, features: &str) -> Command {
+    let mut compile = source.cargo(subcommand, TARGET);
+    compile.args(["--package", "gestus-core", "--no-default-features"]);
     // The profile's optimised dependencies are for tests; here they would only be waited for.
-    build.args(["--config", "profile.dev.package.\"*\".opt-level=0"]);
-    build.args(["--features", features]);
-    build.arg("--target-dir").arg(target_dir().join("bare-metal"));
-    build
+    compile.args(["--config", "profile.dev.package.libm.opt-level=0"]);
+    compile.args(["--features", features]);
+    compile.arg("--target-dir").arg(target_dir().join("bare-metal"));
+    compile
 }
 
 #[cfg(test)]

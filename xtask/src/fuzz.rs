@@ -4,15 +4,10 @@
 //! watch, and without them a target runs several times as many inputs. A target starts from the files in
 //! `fuzz/seeds/TARGET` and puts the words of `fuzz/TARGET.dict` into its inputs, where there are such.
 
-use std::{
-    num::NonZero,
-    path::Path,
-    process::Command,
-    sync::{Mutex, MutexGuard, PoisonError},
-    thread,
-};
+use std::{path::Path, process::Command};
 
 use anyhow::{Context, Result, bail, ensure};
+use rayon::prelude::*;
 
 use crate::{
     shell::{
@@ -46,29 +41,16 @@ pub fn run(setup: bool, seconds: u32, only: Option<&str>) -> Result<Outcome> {
     }
     let runs =
         targets.iter().map(|(krate, target)| prepare(krate, target, seconds)).collect::<Result<Vec<_>>>()?;
-    // A target keeps one core busy.
-    let queue = Mutex::new(targets.iter().zip(runs));
-    let failed = Mutex::new(Vec::new());
-    thread::scope(|scope| {
-        for _ in 0..thread::available_parallelism().map_or(1, NonZero::get) {
-            scope.spawn(|| {
-                // A closure, so that the lock is not held while the target runs.
-                let next = || locked(&queue).next();
-                while let Some(((krate, target), mut run)) = next() {
-                    if let Err(e) = fuzz(&mut run) {
-                        println!("{e:#}");
-                        locked(&failed).push(format!("{krate}/fuzz {target}"));
-                    }
-                }
-            });
-        }
-    });
-    let failed = failed.into_inner().unwrap_or_else(PoisonError::into_inner);
+    // A target keeps one processor busy.
+    let runs = targets.into_par_iter().zip(runs).with_max_len(1);
+    let failed: Vec<String> = runs
+        .filter_map(|((krate, target), mut run)| {
+            let error = fuzz(&mut run).err()?;
+            println!("{error:#}");
+            Some(format!("{krate}/fuzz {target}"))
+        })
+        .collect();
     if failed.is_empty() { Ok(Outcome::Passed) } else { Ok(Outcome::Failed(failed.join(", "))) }
-}
-
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Builds all targets of a crate at once.

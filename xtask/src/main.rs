@@ -63,7 +63,7 @@ enum Chore {
         /// One target; all of them unless given
         target: Option<String>,
     },
-    /// Build gestus-core alone for a Cortex-M4F, with all methods and with each alone
+    /// Compile gestus-core alone for a Cortex-M4F, with all methods and with each alone
     Core(Setup),
     /// Prove, by linking, that neither the core nor the C interface can reach a panic
     NoPanic(Setup),

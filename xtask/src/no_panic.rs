@@ -12,6 +12,7 @@
 use std::{collections::BTreeSet, fs, path::Path};
 
 use anyhow::{Context, Result, bail};
+use rayon::prelude::*;
 
 use crate::{
     shell::{Outcome, root, run_captured, target_dir},
@@ -37,37 +38,47 @@ const CRATE: &str = "firmware-sim/no-panic";
 pub fn run(setup: bool) -> Result<Outcome> {
     every_c_function_is_called()?;
     every_method_is_called()?;
+    let sources = TARGETS.map(|(target, features)| (target, features, target::find(target, setup)));
+    // A linker that optimises the whole program keeps one processor busy.
+    let proofs = sources.into_par_iter().map(|(target, features, source)| prove(source, target, features));
+    let proofs = proofs.collect::<Result<Vec<Outcome>>>()?;
     let (mut failed, mut skipped) = (Vec::new(), Vec::new());
-    for (target, features) in TARGETS {
-        let name = [target, features].join(" ");
-        let name = name.trim();
-        let source = match target::find(target, setup) {
-            Ok(source) => source,
-            Err(missing) => {
-                println!("{name}: skipped: {missing}");
-                skipped.push(missing);
-                continue;
-            }
-        };
-        let Err(_) = link(source, target, features, "")? else {
-            if link(source, target, features, "control")?.is_ok() {
-                bail!("{name}: the control links too, although it panics: the proof proves nothing");
-            }
-            println!("{name}: no panic can be reached; the control does not link, as it should not");
-            continue;
-        };
-        println!("{name}: a panic can be reached, from:");
-        let program = link(source, target, features, "places")?
-            .map_err(|e| anyhow::anyhow!("{name}: the places can't be found: {e}"))?;
-        for place in places(&program)? {
-            println!("  {}", describe(&place));
+    for proof in proofs {
+        match proof {
+            Outcome::Passed => {}
+            Outcome::Skipped(missing) => skipped.push(missing),
+            Outcome::Failed(name) => failed.push(name),
         }
-        failed.push(name.to_owned());
     }
     if !failed.is_empty() {
         return Ok(Outcome::Failed(format!("a panic can be reached: {}", failed.join(", "))));
     }
     Ok(Outcome::passed_but_for(skipped))
+}
+
+/// Proves it for one target, and prints what came out. What failed is called by its target and features.
+fn prove(source: Result<Source, String>, target: &str, features: &str) -> Result<Outcome> {
+    let name = [target, features].join(" ");
+    let name = name.trim();
+    let source = match source {
+        Ok(source) => source,
+        Err(missing) => {
+            println!("{name}: skipped: {missing}");
+            return Ok(Outcome::Skipped(missing));
+        }
+    };
+    if link(source, target, features, "")?.is_ok() {
+        if link(source, target, features, "control")?.is_ok() {
+            bail!("{name}: the control links too, although it panics: the proof proves nothing");
+        }
+        println!("{name}: no panic can be reached; the control does not link, as it should not");
+        return Ok(Outcome::Passed);
+    }
+    let program = link(source, target, features, "places")?
+        .map_err(|e| anyhow::anyhow!("{name}: the places can't be found: {e}"))?;
+    let places: String = places(&program)?.iter().map(|place| format!("\n  {}", describe(place))).collect();
+    println!("{name}: a panic can be reached, from:{places}");
+    Ok(Outcome::Failed(name.to_owned()))
 }
 
 /// Links the program. The inner error is that of a reachable panic; every other failure is the outer one.
@@ -78,7 +89,8 @@ fn link(
     mode: &str,
 ) -> Result<std::result::Result<std::path::PathBuf, String>> {
     let mut build = source.cargo("build", target);
-    let folder = target_dir().join("bare-metal");
+    // A folder for each, since a build locks its folder.
+    let folder = target_dir().join("no-panic").join(format!("{target}{features}"));
     build
         .args(["--release", "--quiet", "--manifest-path"])
         .arg(root().join(CRATE).join("Cargo.toml"))

@@ -295,7 +295,7 @@ fn long_streams(args: &BoardArgs, boards: &[&'static Board]) -> Result<Vec<Repla
     let recording = Recording::long(&database, frames, LONG_CHANGE);
     let host_digest = recording.digest(&database)?;
     let file = image::write_flash(LONG_BLOB, &recording.to_bytes(host_digest), "long-stream.gestus")?;
-    let images = boards.iter().map(|b| programs::replay_image(b)).collect::<Result<Vec<_>>>()?;
+    let images = boards.par_iter().map(|b| programs::replay_image(b)).collect::<Result<Vec<_>>>()?;
     let bar = progress::bar(boards.len(), "boards");
     let replay = |(&board, image): (&&'static Board, &PathBuf)| {
         let start = Instant::now();
