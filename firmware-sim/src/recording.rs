@@ -267,7 +267,7 @@ mod tests {
         let recording = Recording::long(&whole, 60, 20);
         let blob = gestus_database::blob::cut::models_only(&whole).unwrap();
         let cut = Database::open(&blob).unwrap();
-        assert_eq!(Method::of(&cut), Method::Lti);
+        assert_eq!(Method::of(&cut), Method::Phase);
         let digest = recording.digest(&cut).unwrap();
         assert_ne!(digest, recording.digest(&whole).unwrap());
         // It has no clips to show: the words name the option that helps.

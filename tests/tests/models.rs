@@ -379,7 +379,7 @@ fn a_blob_of_models_alone_gives_the_same_bits() {
     }
     let refused = Stylizer::<22, 40, 28>::new(database, Config::new()).err();
     assert_eq!(refused, Some(ConfigError::Method));
-    assert_eq!(Method::of(&database), Method::Lti);
+    assert_eq!(Method::of(&database), Method::Phase);
     // A second cut changes nothing; a blob without models can't be cut.
     assert_eq!(models_only(&database).unwrap(), cut);
     let mut stylizer = Box::new(Stylizer::<22, 40, 28>::new(database, LTI).unwrap());

@@ -9,7 +9,8 @@ use super::{
 use crate::{Config, Database, Method, Observer, blob::layout::section};
 
 /// Makes [`Engine`], and what [`Method`] knows of each method, of one row a method: its feature, its variant of `Method`,
-/// its state, and the optional section that it needs, if it does not need the captured frames.
+/// its state, and the optional section that it needs, if it does not need the captured frames. The method of least error
+/// comes first ([`Method::of`]).
 macro_rules! methods {
     ($($feature:literal $Method:ident($State:ty), $section:expr;)*) => {
         #[cfg(not(any($(feature = $feature),*)))]
@@ -100,6 +101,9 @@ macro_rules! methods {
         }
 
         impl Method {
+            /// All methods, that of least error first.
+            const BY_ERROR: [Self; Self::ALL.len()] = [$(Self::$Method),*];
+
             /// Whether the core was built with the method. Methods are features of the crate.
             #[inline]
             pub const fn is_built(self) -> bool {
@@ -120,9 +124,9 @@ macro_rules! methods {
 
 methods! {
     "mar" Mar(super::mixture::step::Mixture<J, K, C>), None;
+    "phase" Phase(super::phase::step::Phase<J, C>), Some(section::PHASE);
     "lti" Lti(super::linear::Linear<J>), Some(section::LTI);
     "statistic" Statistic(super::statistics::Statistics<J>), Some(section::STATISTIC);
-    "phase" Phase(super::phase::step::Phase<J, C>), Some(section::PHASE);
 }
 
 // Does not compile if a method is missing among all methods in `Cargo.toml`.
@@ -168,10 +172,11 @@ impl Method {
             }
     }
 
-    /// The first method that is available in a database, for firmware that accepts any blob.
+    /// The method of least error that is available in a database, for firmware that accepts any blob: the mixture,
+    /// tables by phase, linear time-invariant models, statistical transfer.
     #[inline]
     pub fn of(database: &Database<'_>) -> Self {
-        Self::ALL.into_iter().find(|m| m.is_available_in(database)).unwrap_or_default()
+        Self::BY_ERROR.into_iter().find(|m| m.is_available_in(database)).unwrap_or_default()
     }
 
     pub(crate) fn needs(self) -> Needs {
