@@ -559,6 +559,7 @@ fn what_would_be_ignored_is_refused() {
     for (call, more, said) in [
         (&build[..], &["--groups", "a=Hand_L,a=Hand_R"][..], "--groups: `a` is given twice"),
         (&translate, &["--strength", "left-arm=0.5,left-arm=2"], "--strength: `left-arm` is given twice"),
+        (&translate, &["--strength", "left-arm"], "--strength left-arm: how strong? Write left-arm=0.5"),
         (&translate, &["--group-style", "left-arm=proud,left-arm=neutral"], "--group-style: `left-arm`"),
         (&transfer, &["--floor", "1e9"], "--floor 1000000000: metres"),
         (&synth, &["--actions", "walk,walk"], "--actions: `walk` is given twice"),

@@ -118,6 +118,9 @@ pub fn labelled(
 
 /// The model of a database, of Efforts that people gave or of estimates.
 pub fn model(database: &Database<'_>, db: &Path, given: Option<&Path>) -> Result<Model> {
+    if database.counts().frames == 0 {
+        bail!("{}: it holds models only, and no captured cycles to blend", db.display());
+    }
     let model = match given {
         Some(path) => {
             let marked = |spans: &[Span]| Library::marked(database, spans);

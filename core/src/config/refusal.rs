@@ -37,7 +37,7 @@ impl fmt::Display for ConfigError {
                 "the database does not hold what the method needs, or this program was built without the method: choose another, build the database with the models in it, or the program with the method",
             ),
             Self::WholeBody => f.write_str(
-                "the linear models translate the whole body, with one state and one time step: give the style to the body, or choose the mixture or the statistics",
+                "the linear models translate the whole body, with one state and one time step: give the style to the body, or choose another method",
             ),
             Self::OtherDatabase => f.write_str(
                 "the robot or map was made for another database: make it again with this one, or take the one that it was made for",

@@ -17,8 +17,8 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     /// Sets the output style: numbers of styles and their weights, which are normalised to sum 1. May change at any time.
     ///
     /// # Errors
-    /// [`ConfigError`] for unknown styles and for weights that are negative, not finite or all zero; the current
-    /// style stays.
+    /// [`ConfigError`] for unknown styles, for weights that are negative, not finite or above 1e6, and for weights whose sum
+    /// is not above 1e-6; the current style stays.
     pub fn set_style(&mut self, weights: &[(u16, f32)]) -> Result<(), ConfigError> {
         let mut styles: StyleWeights = [0.0; MAX_STYLES];
         for &(style, weight) in weights {

@@ -63,8 +63,12 @@ pub(super) fn group_style(
 
 /// Resolves `left-arm=0.5`.
 pub(super) fn strength(part: &str, groups: Names<'_>) -> Result<(u16, f32)> {
+    let item = Item::new(part);
+    if item.value.is_none() {
+        bail!("--strength {part}: how strong? Write {part}=0.5");
+    }
     let (group, strength) =
-        weighted(Item::new(part), groups, "joint group").with_context(|| format!("--strength {part}"))?;
+        weighted(item, groups, "joint group").with_context(|| format!("--strength {part}"))?;
     if !(0.0..=MAX_STRENGTH).contains(&strength) {
         bail!("--strength {part}: from 0 (the input) by 1 (the style) to {MAX_STRENGTH} (beyond it)");
     }
