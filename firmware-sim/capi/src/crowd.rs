@@ -30,7 +30,8 @@ pub struct GestusCrowd {
 /// Steps each character of a crowd once, in order, to the bits of `gestus_stylizer_step`.
 ///
 /// An output array may be its input array. Otherwise no memory that is written may overlap anything else that is named
-/// here, the characters' databases included. To use several threads, make a crowd of a part of the arrays for each.
+/// here, the characters' databases included. A handle that comes twice steps twice. To use several threads, make a crowd
+/// of a part of the arrays for each.
 ///
 /// Returns the status of the first character that could not step, as `gestus_stylizer_step` does, and writes its place to
 /// `stepped`: those before it have stepped, it and those behind it have not. `stepped` is `count` where all have; it may
