@@ -77,14 +77,31 @@ def check(model, names, qpos):
         raise SystemExit(f"the file's joints are not the model's:\n{names[7:]}\n{hinges}")
     if qpos.shape[1] != model.nq:
         raise SystemExit(f"the file has {qpos.shape[1]} numbers a row, the model {model.nq}")
+    # The floor is the world's. Any shape may be the lowest: feet have other names in every robot.
+    shapes = [g for g in range(model.ngeom) if model.geom_bodyid[g] != 0]
+    if not shapes:
+        raise SystemExit("the shapes of this URDF are meshes alone, which do not collide here")
     data = mujoco.MjData(model)
     low = []
-    feet = [g for g in range(model.ngeom) if "ankle_roll" in model.body(model.geom_bodyid[g]).name]
     for row in qpos:
         data.qpos[:] = row
         mujoco.mj_kinematics(model, data)
-        low.append(min(data.geom_xpos[g][2] - model.geom_size[g][0] for g in feet))
+        low.append(min(bottom(model, data, g) for g in shapes))
+    if min(low) > 0.2:
+        raise SystemExit(f"no shape comes nearer to the floor than {min(low):.2f} m: the feet of this URDF are meshes alone")
     return np.array(low)
+
+
+def bottom(model, data, g):
+    """Height of the lowest point of a shape, metres; of a cylinder, of the box around it."""
+    kind, size, vertical = model.geom_type[g], model.geom_size[g], np.abs(data.geom_xmat[g][6:])
+    if kind == mujoco.mjtGeom.mjGEOM_SPHERE:
+        reach = size[0]
+    elif kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
+        reach = size[0] + vertical[2] * size[1]
+    else:
+        reach = vertical @ model.geom_aabb[g][3:]
+    return data.geom_xpos[g][2] - reach
 
 
 def lean_deg(quaternion):
