@@ -483,12 +483,20 @@ fn the_verdict_says_what_was_recognised_and_what_was_left_alone() {
     }
     let input = read(&rows, &InputOptions::default()).unwrap();
     let streamed = translate(&database(), &input, &Request::style(1), &mut ()).unwrap();
-    let verdict = Verdict::of(&database(), &input, &streamed);
+    let verdict = Verdict::of(&database(), &input, &Request::style(1), &streamed);
     assert_eq!(verdict.likeness, Likeness::Unlike, "{verdict:?}");
     assert!(!verdict.left_alone.is_empty());
     let json = verdict.json();
     assert_eq!(json["like"], "unlike");
     assert!(json["text"].as_str().unwrap().contains("walk"), "{json}");
+    // The first thing to doubt is a label.
+    let request = Request { action: Some(0), ..Request::style(1) };
+    let streamed = translate(&database(), &input, &request, &mut ()).unwrap();
+    let verdict = Verdict::of(&database(), &input, &request, &streamed);
+    assert!(
+        verdict.likeness != Likeness::Like && verdict.advice[0].contains("without --action"),
+        "{verdict:?}"
+    );
 }
 
 /// A body that stood and waved was told to walk in place.
@@ -498,7 +506,7 @@ fn only_clips_whose_feet_step_may_be_in_place() {
         let motion = InputOptions { root: Some(Root::Motion), ..InputOptions::default() };
         let input = read(clip, &motion).unwrap();
         let streamed = translate(&database(), &input, &Request::style(1), &mut ()).unwrap();
-        let verdict = Verdict::of(&database(), &input, &streamed);
+        let verdict = Verdict::of(&database(), &input, &Request::style(1), &streamed);
         assert_ne!(verdict.likeness, Likeness::Like, "{verdict:?}");
         assert_eq!(verdict.input_style, None);
         verdict.advice.iter().any(|advice| advice.contains("--root in-place"))

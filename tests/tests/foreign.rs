@@ -172,7 +172,7 @@ fn check(database: &Database<'_>, row: &Row<'_>, style: u16) -> Result<Figures> 
     input.written(&output, Path::new(&format!("out.{ending}")), None)?;
     let (given, output) = (input.shown(&input.clip), input.shown(&output));
     let retarget = input.retarget().context("it has the database's skeleton")?;
-    let verdict = Verdict::of(database, &input, &streamed);
+    let verdict = Verdict::of(database, &input, &Request::style(style), &streamed);
     let seam = row.is("loop").then(|| {
         // As the hips see it: a clip that turns goes on turning.
         let hip = |side| retarget.source.parts.get(Part::UpperLeg(side)).unwrap_or(0);

@@ -116,7 +116,7 @@ impl Page {
         answer["output_rate"] = json!(output.rate_hz);
         answer["body_parents"] = json!(body.skeleton.parents);
         answer["degraded_words"] = json!(degraded_words(&answer));
-        let mut verdict = Verdict::of(&database, input, &streamed);
+        let mut verdict = Verdict::of(&database, input, &request, &streamed);
         verdict.note_same_style(&database, &request);
         answer["verdict"] = verdict.json();
         self.streamed = Some(streamed);

@@ -262,7 +262,7 @@ fn one(args: &Args) -> Result<Value> {
     }
     let request = args.request(&database)?;
     let streamed = args.streamed(&database, &input, &request)?;
-    let mut verdict = Verdict::of(&database, &input, &streamed);
+    let mut verdict = Verdict::of(&database, &input, &request, &streamed);
     verdict.note_same_style(&database, &request);
     let output = input.output(&streamed);
     open::write(&common.output, common.written(&input, &output)?)?;

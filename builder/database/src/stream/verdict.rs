@@ -1,7 +1,7 @@
 //! The verdict on a clip, in words: whether it is of the database's kind, what was recognised in it, what was passed
 //! through, and what to do about that.
 
-use gestus_core::{Database, Degraded, Method};
+use gestus_core::{Database, Degraded, Method, blob::Names};
 use gestus_motion::statistics::{mean_or_zero, quantile, sorted};
 use serde_json::{Value, json};
 
@@ -70,6 +70,8 @@ pub struct Verdict {
     pub input_style: Option<String>,
     /// Whether that is the wanted style: see [`note_same_style`](Self::note_same_style).
     pub same_style: bool,
+    /// Action and style that the input was labelled with, which the method then does not recognise.
+    pub labels: [Option<String>; 2],
     /// Spans that were passed through, seconds from the first frame.
     pub left_alone: Vec<[f64; 2]>,
     /// What the user can do.
@@ -78,7 +80,7 @@ pub struct Verdict {
 
 impl Verdict {
     /// The verdict on a streamed input.
-    pub fn of(database: &Database<'_>, input: &Input, streamed: &Streamed) -> Self {
+    pub fn of(database: &Database<'_>, input: &Input, request: &Request, streamed: &Streamed) -> Self {
         let reports = || streamed.steps.iter().map(|s| &s.report);
         let passed = mean_or_zero(reports().map(|r| f64::from(r.passed)));
         let far = mean_or_zero(reports().map(|r| f64::from(u8::from(r.degraded.contains(Degraded::FAR)))));
@@ -106,6 +108,7 @@ impl Verdict {
             action,
             input_style,
             same_style: false,
+            labels: labels(database, request),
             left_alone,
             advice: Vec::new(),
         };
@@ -155,6 +158,14 @@ impl Verdict {
                     "the clip moves at {speed:.1} m/s, the database at {fastest:.1} m/s at most: build it with faster \
                      clips, or check the unit (--unit)"
                 )),
+                _ if self.labels.iter().any(Option::is_some) => advice.push(
+                    "check the labels: without --action and --input-style the method recognises both itself".to_owned(),
+                ),
+                _ if self.passed <= PARTLY_UNLIKE => advice.push(
+                    "its movements are larger or other than the database's, so the style may look odd: look at the result, \
+                     or build the database with clips that are more like it"
+                        .to_owned(),
+                ),
                 _ => advice.push(format!(
                     "build the database with clips of what this clip does: it knows {}",
                     names(database)
@@ -230,10 +241,14 @@ impl Verdict {
         let [actions, styles] = [&self.actions, &self.styles].map(|shares| listed(shares));
         sentences.push(if actions.is_empty() {
             "The method recognises no action.".into()
-        } else if self.input_style.is_some() {
-            format!("Its style is {styles}; recognised: {actions}.")
         } else {
-            format!("Recognised: {actions}; in the style {styles}.")
+            match &self.labels {
+                [Some(action), Some(style)] => format!("Labelled: {action} in the style {style}."),
+                [Some(action), None] => format!("Labelled: {action}. Recognised: the style {styles}."),
+                [None, Some(style)] => format!("Labelled: the style {style}. Recognised: {actions}."),
+                _ if self.input_style.is_some() => format!("Its style is {styles}; recognised: {actions}."),
+                _ => format!("Recognised: {actions}; in the style {styles}."),
+            }
         });
         sentences.push(match (self.passed * 100.0).round() {
             0.0 => "Nothing was passed through unchanged.".into(),
@@ -265,7 +280,14 @@ pub fn before(database: &Database<'_>, input: &Input) -> anyhow::Result<Verdict>
         request.config = request.config.method(method);
     }
     let streamed = translate(database, input, &request, &mut ())?;
-    Ok(Verdict::of(database, input, &streamed))
+    Ok(Verdict::of(database, input, &request, &streamed))
+}
+
+/// The names of the action and the style with which a request labels its input.
+fn labels(database: &Database<'_>, request: &Request) -> [Option<String>; 2] {
+    let Ok(manifest) = database.manifest() else { return [None, None] };
+    let named = |names: Names<'_>, id: Option<u16>| names.iter().nth(usize::from(id?)).map(str::to_owned);
+    [named(manifest.actions, request.action), named(manifest.styles, request.input_style)]
 }
 
 /// The style that is wanted alone, for the whole body.
@@ -357,6 +379,7 @@ mod tests {
             actions,
             styles,
             same_style: false,
+            labels: [None, None],
             left_alone: Vec::new(),
             advice: Vec::new(),
         }
@@ -401,5 +424,14 @@ mod tests {
         let styles = vec![("old".to_owned(), 0.9), ("proud".to_owned(), 0.1)];
         let sure = Verdict { input_style: majority(&styles), styles, ..unsure };
         assert_eq!(sure.sentences()[1], "Its style is old 90%, proud 10%; recognised: walk 80%, turn 20%.");
+        // What the user says is not recognised: a wrong label was "Recognised: punch 100%".
+        for (labels, words) in [
+            (["punch", ""], "Labelled: punch. Recognised: the style old 90%, proud 10%."),
+            (["", "old"], "Labelled: the style old. Recognised: walk 80%, turn 20%."),
+            (["walk", "old"], "Labelled: walk in the style old."),
+        ] {
+            let labels = labels.map(|name| Some(name.to_owned()).filter(|name| !name.is_empty()));
+            assert_eq!(Verdict { labels, ..sure.clone() }.sentences()[1], words);
+        }
     }
 }
