@@ -103,13 +103,16 @@ impl RobotArgs {
         } else {
             play_standing(machine, &input.body(streamed, machine.tick_hz), &contacts)
         };
+        let mut doubts = played.doubts();
         if input.round().is_some() && played.gap_deg() > CLOSED_DEG {
-            super::note(format_args!(
-                "{}: doubt: its loop does not close: a hinge ends {:.1} degrees from where it begins, since its limits are \
-                 too low for the motion",
-                machine.robot.name,
+            doubts.push(format!(
+                "its loop does not close: a hinge ends {:.1} degrees from where it begins, since its limits are too low for \
+                 the motion",
                 played.gap_deg()
             ));
+        }
+        for doubt in &doubts {
+            super::note(format_args!("{}: doubt: {doubt}", machine.robot.name));
         }
         let write = |path: &Option<PathBuf>, bytes: &dyn Fn() -> Result<Vec<u8>>| -> Result<()> {
             let Some(path) = path else { return Ok(()) };
@@ -123,6 +126,9 @@ impl RobotArgs {
         write(&self.servo, &|| Ok(played.servo_csv().into_bytes()))?;
         write(&self.robot_section, &|| Ok(machine.bytes().to_vec()))?;
         let mut figures = machine.json();
+        if let Some(all) = figures["doubts"].as_array_mut() {
+            all.extend(doubts.into_iter().map(Value::from));
+        }
         add(&mut figures, played.figures(machine));
         Ok(figures)
     }

@@ -46,6 +46,46 @@ fn a_robot_like_the_body_has_hands_and_feet_where_the_body_has_them() {
     let figures = played.figures(&machine);
     assert_eq!(figures["limit_violations"], 0);
     assert!(figures["tracking_rms_deg"].as_f64().unwrap() < 1.0, "{figures}");
+    assert!(played.doubts().is_empty() && machine.stand.doubts.is_empty());
+}
+
+/// A Y-up file without a map was taken for a robot with Z up that sits, and nothing was said of it, nor of what it missed.
+#[test]
+fn a_robot_whose_feet_are_not_below_its_hips_is_doubted() {
+    let text = body_as_robot(&corpus().skeleton);
+    let map = RobotMap::default();
+    let machine = Machine::new(&database(), Robot::parse(&text, "body.urdf").unwrap(), &map).unwrap();
+    let doubts = &machine.stand.doubts;
+    assert!(doubts.iter().any(|d| d.contains("up = \"y\"")), "{doubts:?}");
+    assert!(machine.doubts.iter().any(|d| doubts.contains(d)));
+}
+
+/// The figures were in JSON alone.
+#[test]
+fn a_robot_that_is_too_slow_for_the_motion_is_doubted() {
+    let text = TOY.replace("velocity=\"6.5\"", "velocity=\"0.3\"");
+    let slow = Machine::new(&database(), Robot::parse(&text, "toy.urdf").unwrap(), &RobotMap::default());
+    let slow = slow.unwrap();
+    let doubts = play(&slow, walk()).doubts();
+    assert!(doubts.iter().any(|d| d.contains("too low for the motion")), "{doubts:?}");
+    assert!(play(&toy(""), walk()).doubts().is_empty(), "{:?}", play(&toy(""), walk()).doubts());
+}
+
+/// iCub's file has textures without a file name, which `urdf-rs` refuses; xacro was "0 links have no joint above them".
+#[test]
+fn textures_are_left_out_and_xacro_is_named() {
+    let material = "<visual><geometry><sphere radius=\"0.1\"/></geometry><material name=\"m\"><texture/></material></visual>";
+    let at = TOY.find("<link name=").map(|at| at + TOY[at..].find('>').unwrap()).unwrap();
+    assert!(TOY.as_bytes()[at - 1] != b'/');
+    let text = format!("{}{material}{}", &TOY[..=at], &TOY[at + 1..]);
+    assert_eq!(
+        Robot::parse(&text, "a.urdf").unwrap().hinges.len(),
+        Robot::parse(TOY, "toy.urdf").unwrap().hinges.len()
+    );
+    let xacro = "<robot name=\"r\" xmlns:xacro=\"x\"><xacro:include filename=\"a.xacro\"/></robot>";
+    let error = Robot::parse(xacro, "r.xacro").unwrap_err().to_string();
+    assert!(error.contains("xacro FILE"), "{error}");
+    assert!(Robot::parse(" \n", "r.urdf").unwrap_err().to_string().contains("empty"));
 }
 
 /// Such hinges were placed in the base, so that what hangs on them turned wrongly, and a limb's moved.

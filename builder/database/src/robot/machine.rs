@@ -98,7 +98,7 @@ impl Machine {
             doubts.push(format!("the database's body has no {}: its hinges rest at zero", g.part));
         }
         let stand = Stand::of(&body, &robot, &assignment, &links, axes, map, &limbs);
-        doubts.extend(stand.doubt.clone());
+        doubts.extend(stand.doubts.iter().cloned());
         let mut this = Self {
             tick_hz,
             scale: 0.0,

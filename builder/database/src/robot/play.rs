@@ -16,6 +16,12 @@ use gestus_motion::{
 
 /// Seconds that a robot takes from where it stands to the motion.
 const ARRIVAL_S: f64 = 1.0;
+/// Seconds from the start in which the error of tracking does not count: the way from where the robot stood.
+const SETTLED_S: f64 = 0.5;
+/// Error of tracking that is told, degrees (rms).
+const BEHIND_DEG: f64 = 5.0;
+/// Mean distance of hands and feet from their places that is told, centimetres.
+const MISSING_CM: f64 = 5.0;
 
 /// One tick.
 #[derive(Debug, Clone)]
@@ -173,13 +179,46 @@ impl Played {
         pairs.map(|(a, b)| f64::from((a.position - b.position).abs()).to_degrees()).fold(0.0, f64::max)
     }
 
+    /// Error of tracking, degrees: root mean square and maximum over hinges and ticks.
+    fn tracking_deg(&self) -> [f64; 2] {
+        let first = (SETTLED_S * self.tick_hz).ceil() as usize;
+        let errors = || {
+            let ticks = self.ticks.iter().skip(first);
+            let pairs = ticks.flat_map(|t| t.motions.iter().zip(&t.targets));
+            pairs.map(|(m, &target)| (f64::from(m.position) - f64::from(target)).to_degrees())
+        };
+        [mean_or_zero(errors().map(|e| e * e)).sqrt(), errors().map(f64::abs).fold(0.0, f64::max)]
+    }
+
+    /// Mean distance of hands and feet from their places, centimetres.
+    fn missing_cm(&self) -> f64 {
+        100.0 * mean_or_zero(self.ticks.iter().map(|t| f64::from(t.driven.missing_m)))
+    }
+
+    /// What the robot does not do of the motion.
+    pub fn doubts(&self) -> Vec<String> {
+        let ([rms, most], missing) = (self.tracking_deg(), self.missing_cm());
+        let behind = (rms > BEHIND_DEG).then(|| {
+            format!(
+                "its hinges are {rms:.0} degrees from their targets (rms, {most:.0} at most): their limits of velocity, \
+                 acceleration or jerk are too low for the motion"
+            )
+        });
+        let off = (missing > MISSING_CM).then(|| {
+            format!(
+                "its hands and feet miss their places by {missing:.0} cm on average: the ranges of its hinges do not reach \
+                 the poses"
+            )
+        });
+        behind.into_iter().chain(off).collect()
+    }
+
     /// Figures of the motion, compared with the machine's limits.
     pub fn figures(&self, machine: &Machine) -> Value {
         let tables = machine.tables();
         let tick = f64::from(tables.tick_s());
         let mut violations = 0usize;
         let (mut velocity, mut acceleration, mut jerk) = (0.0f64, 0.0f64, 0.0f64);
-        let (mut squares, mut worst, mut count) = (0.0, 0.0f64, 0usize);
         for (i, t) in self.ticks.iter().enumerate() {
             for (h, m) in t.motions.iter().enumerate() {
                 let limits = tables.limits(h);
@@ -202,27 +241,20 @@ impl Played {
                 velocity = velocity.max(rv);
                 acceleration = acceleration.max(ra);
                 jerk = jerk.max(rj);
-                // The first half second is the way from where the robot stood.
-                if i as f64 * tick >= 0.5 {
-                    let error = (p - f64::from(t.targets[h])).to_degrees();
-                    squares += error * error;
-                    worst = worst.max(error.abs());
-                    count += 1;
-                }
             }
         }
-        let mean = |of: &dyn Fn(&Tick) -> f64| mean_or_zero(self.ticks.iter().map(of));
+        let [rms, most] = self.tracking_deg();
         json!({
             "ticks": self.ticks.len(),
             "tick_hz": self.tick_hz,
             "limit_violations": violations,
-            "tracking_rms_deg": (squares / count.max(1) as f64).sqrt(),
-            "tracking_max_deg": worst,
+            "tracking_rms_deg": rms,
+            "tracking_max_deg": most,
             "peak_velocity_ratio": velocity,
             "peak_acceleration_ratio": acceleration,
             "peak_jerk_ratio": jerk,
-            "end_effector_missing_cm": 100.0 * mean(&|t| f64::from(t.driven.missing_m)),
-            "at_limit_mean": mean(&|t| f64::from(t.driven.at_limit)),
+            "end_effector_missing_cm": self.missing_cm(),
+            "at_limit_mean": mean_or_zero(self.ticks.iter().map(|t| f64::from(t.driven.at_limit))),
             "held": self.ticks.iter().filter(|t| t.driven.held).count(),
         })
     }

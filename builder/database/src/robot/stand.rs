@@ -28,6 +28,8 @@ use crate::{
 
 /// Highest that an ankle may be above its sole, in lengths of the leg.
 const MAX_SOLE_RATIO: f64 = 0.4;
+/// Least cosine between straight down and the legs of a robot that stands, with all hinges at zero.
+const STANDS: f64 = 0.5;
 
 /// What it takes to place the base.
 #[derive(Debug, Clone)]
@@ -42,8 +44,8 @@ pub struct Stand {
     body_ankle_m: f64,
     /// From the body's root to the robot's base.
     base: UnitQuaternion<f64>,
-    /// Where the height of the ankles is a guess.
-    pub(super) doubt: Option<String>,
+    /// That the height of the ankles is a guess, and that the feet are not below the hips.
+    pub doubts: Vec<String>,
 }
 
 /// From the body's world to the robot's.
@@ -71,7 +73,7 @@ impl Stand {
         let found = sole(robot, assignment, links, &(axes * -Vector3::y()))
             .filter(|sole_m| (0.0..=MAX_SOLE_RATIO * scale * body.anatomy.leg_m).contains(sole_m));
         let ankle_m = map.ankle_m.or(found).unwrap_or(guess);
-        let doubt = (map.ankle_m.is_none() && found.is_none() && !legs.is_empty()).then(|| {
+        let assumed = (map.ankle_m.is_none() && found.is_none() && !legs.is_empty()).then(|| {
             format!(
                 "no shape of the feet tells how high the ankles are above the ground: {:.1} cm is assumed, `ankle_m` in \
                  the robot map states it",
@@ -79,7 +81,8 @@ impl Stand {
             )
         });
         let hips = [body.anatomy.hips, middle];
-        Self { ankle_m, scale, hips, body_ankle_m: body.anatomy.ankle_m, base, doubt }
+        let doubts = assumed.into_iter().chain(not_below(&legs, links, &(axes * -Vector3::y()))).collect();
+        Self { ankle_m, scale, hips, body_ankle_m: body.anatomy.ankle_m, base, doubts }
     }
 
     /// The base in the robot's world, for a pose of the body.
@@ -93,6 +96,24 @@ impl Stand {
         let turn = world * root * self.base;
         Isometry3::from_parts((hips - turn * self.hips[1]).into(), turn)
     }
+}
+
+/// What to do where the feet are not below the hips, with all hinges at zero: many makers have another axis up.
+fn not_below(legs: &[&Limb], links: &Links, down: &Vector3<f64>) -> Option<String> {
+    let along = |leg: &&Limb| {
+        let [hip, knee] = [leg.hinges.0, leg.hinges.1].map(|hinge| links.places[hinge]);
+        knee.transform_point(&leg.tip.into()).coords - hip.translation.vector
+    };
+    let legs: Vector3<f64> = legs.iter().map(along).sum();
+    if legs.norm() < 1e-6 || legs.dot(down) >= STANDS * legs.norm() {
+        return None;
+    }
+    let axis = legs.iamax();
+    let up = format!("{}{}", if legs[axis] > 0.0 { "-" } else { "" }, ["x", "y", "z"][axis]);
+    Some(format!(
+        "with all hinges at zero the feet are not below the hips: if the robot's up is {up}, write `up = \"{up}\"` in the \
+         robot map"
+    ))
 }
 
 /// Height of the ankles above the lowest of the feet, with all hinges at zero: by shapes that collide, by those that are

@@ -169,8 +169,9 @@ impl Robot {
     }
 }
 
-/// Looks at the markup before the tree is parsed, without recursion. Gives the text back with a velocity of 0, which
-/// stands for none, in each `limit` that has none: `urdf-rs` takes the attribute for required.
+/// Looks at the markup before the tree is parsed, without recursion. Gives the text back without what `urdf-rs` refuses
+/// although it is no part of a robot's motion: without textures, which it wants to be files, and with a velocity of 0, which
+/// stands for none, in each `limit` that has none.
 fn guard(text: &str, file: &str) -> Result<String, UrdfError> {
     let file = || file.to_owned();
     if text.len() > MAX_BYTES {
@@ -178,6 +179,9 @@ fn guard(text: &str, file: &str) -> Result<String, UrdfError> {
     }
     let start = text.trim_start_matches(|c: char| c.is_whitespace() || c == '\u{feff}');
     if !start.starts_with('<') {
+        if start.is_empty() {
+            return Err(UrdfError::Tree { file: file(), what: "the file is empty".to_owned() });
+        }
         let word: String = start.split_whitespace().next().unwrap_or("").chars().take(40).collect();
         let is = if word == "HIERARCHY" { "; this is a BVH file, a motion" } else { "" };
         let what = format!("not a URDF file, which begins with `<`: it begins with `{word}`{is}");
@@ -219,7 +223,13 @@ fn guard(text: &str, file: &str) -> Result<String, UrdfError> {
                 return Err(UrdfError::Tag { file: file(), line: line() });
             }
         }
+        let is_texture = match &event {
+            Event::Start(tag) | Event::Empty(tag) => tag.name().as_ref() == b"texture",
+            Event::End(tag) => tag.name().as_ref() == b"texture",
+            _ => false,
+        };
         match (event, markup.strip_prefix("<limit")) {
+            _ if is_texture => {}
             (Event::Start(tag) | Event::Empty(tag), Some(attributes))
                 if tag.name().as_ref() == b"limit"
                     && matches!(tag.try_get_attribute("velocity"), Ok(None)) =>
@@ -269,6 +279,11 @@ fn tree(robot: &urdf_rs::Robot, file: &str) -> Result<Robot, UrdfError> {
     };
     let above = joints_above(robot, &of)?;
     let roots: Vec<usize> = (0..robot.links.len()).filter(|&l| above[l].is_none()).collect();
+    if robot.links.is_empty() {
+        return Err(fail(
+            "no links: a xacro file has to be expanded first (`xacro FILE > robot.urdf`)".to_owned(),
+        ));
+    }
     let &[base] = roots.as_slice() else {
         return Err(fail(format!("{} links have no joint above them; expected one, the base", roots.len())));
     };
