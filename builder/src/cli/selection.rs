@@ -53,7 +53,7 @@ pub struct FrameArgs {
 /// The joint groups of a database.
 #[derive(clap::Args, Clone, Default)]
 pub struct GroupArgs {
-    /// Joint groups that can have a mask, a strength and a style of their own, besides the whole body: words (left-arm,
+    /// Joint groups that can have a mask, a strength and a style of their own, besides `body`, the other joints: words (left-arm,
     /// right-arm, arms, left-leg, right-leg, legs, torso, head) or names with joints, tail=Tail1+Tail2. Default:
     /// left-arm and right-arm
     #[arg(long, value_delimiter = ',')]
