@@ -267,7 +267,8 @@ mod tests {
         let recording = Recording::long(&whole, 60, 20);
         let blob = gestus_database::blob::cut::models_only(&whole).unwrap();
         let cut = Database::open(&blob).unwrap();
-        assert_eq!(Method::of(&cut), Method::Phase);
+        // It has no phase tables, which would come first.
+        assert_eq!(Method::of(&cut), Method::Lti);
         let digest = recording.digest(&cut).unwrap();
         assert_ne!(digest, recording.digest(&whole).unwrap());
         // It has no clips to show: the words name the option that helps.

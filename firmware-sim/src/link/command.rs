@@ -290,7 +290,7 @@ fn print(figures: &Value) -> Result<()> {
         })
         .collect();
     if !damage.is_empty() {
-        say(format_args!("the board counted {}", damage.join(", ")))?;
+        say(format_args!("since it started, the board counted {}", damage.join(", ")))?;
     }
     if let Some(ticks) = figures["robot"]["ticks"].as_u64() {
         say(format_args!(
