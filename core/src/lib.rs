@@ -39,14 +39,15 @@
 //! SIGGRAPH 2015, whose method the default one is.
 //!
 //! ```no_run
-//! use gestus_core::{Config, Database, Pose, Stylizer};
+//! use gestus_core::{Config, Database, Fit, Pose};
 //!
 //! # fn poses() -> Vec<Pose<22>> { vec![] }
 //! # let blob: &[u8] = &[];
 //! let database = Database::open(blob).expect("the blob was checked when it was flashed");
 //! let proud = database.manifest().ok().and_then(|m| m.styles.find("proud")).unwrap_or(0);
 //! // 22 joints, 40 neighbors, 28 classes: 24 KB of RAM, here on the stack.
-//! let mut stylizer = Stylizer::<22, 40, 28>::new(database, Config::new()).expect("the database fits");
+//! let fit = Fit::<22, 40, 28>::new(database, Config::new()).expect("the database fits");
+//! let mut stylizer = fit.stylizer();
 //! stylizer.set_style(&[(proud, 1.0)]).expect("the style is in the database");
 //! let mut output = Pose::IDENTITY;
 //! for input in poses() {

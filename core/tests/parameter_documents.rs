@@ -15,7 +15,11 @@ fn check(path: &str, generated: &str) {
         fs::write(&path, generated).unwrap();
     }
     let file = fs::read_to_string(&path).unwrap_or_default();
-    assert!(file == generated, "{} is not what the table says: record it anew", path.display());
+    assert!(
+        file == generated,
+        "{} is not what the table says: GESTUS_RECORD=1 cargo test -p gestus-core --test parameter_documents",
+        path.display()
+    );
 }
 
 /// A parameter's text on one line, without links into the core's documentation.

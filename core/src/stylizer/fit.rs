@@ -12,8 +12,8 @@ use crate::{
 
 /// A database and a configuration that fit the capacities of a [`Stylizer`]: the part of [`Stylizer::new`] that can fail.
 ///
-/// A board with a small stack makes its static stylizer from this. A `Result` around 24 KB would be on the stack first,
-/// which has 4 KB.
+/// A board with a small stack makes its stylizer from this, in a `main` that never returns: the `Result` of
+/// [`Stylizer::new`] is as large as the stylizer, and on the stack first.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Fit<'db, const J: usize, const K: usize, const C: usize> {
@@ -45,7 +45,8 @@ impl<'db, const J: usize, const K: usize, const C: usize> Fit<'db, J, K, C> {
         Ok(Self { database, config })
     }
 
-    /// Makes the stylizer in the caller's memory, without a copy on the stack. The first frame starts its method.
+    /// Makes the stylizer in the caller's stack frame. A `static` gets a copy of it, which takes as much stack for a moment.
+    /// The first frame starts its method.
     #[inline(never)]
     pub fn stylizer(self) -> Stylizer<'db, J, K, C> {
         Stylizer {
