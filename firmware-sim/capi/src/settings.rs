@@ -28,8 +28,8 @@ unsafe fn with(
 /// Sets the output style: `count` numbers of styles and their weights, which are scaled to sum to 1. If a style occurs
 /// more than once, its weights add up.
 ///
-/// Returns `GESTUS_STATUS_UNKNOWN` (no such style), `_WEIGHTS` (`count` is 0 or above 32, a weight is negative or not
-/// finite, or all are 0), `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP` (an array overlaps the stylizer).
+/// Returns `GESTUS_STATUS_UNKNOWN` (no such style), `_WEIGHTS` (`count` is 0 or above 32, or weights are out of
+/// their range), `_NULL`, `_MISALIGNED`, `_HANDLE`, `_OVERLAP` (an array overlaps the stylizer).
 ///
 /// # Safety
 /// `stylizer` came from `gestus_stylizer_init`; `styles` and `weights` point at `count` numbers.
@@ -76,8 +76,8 @@ unsafe fn set_styles(
 /// are scaled to sum to 1. A `count` of 0 returns the group to the body's style; the arrays are not read then. Foot
 /// contacts and time steps come from the style of the root's group. Each additional mix costs one more regression.
 ///
-/// Returns `GESTUS_STATUS_UNKNOWN` (no such group or style), `_WEIGHTS` (`count` is above 3, a weight is negative or
-/// not finite, or all are 0), `_METHOD` (linear models support one style for the whole body only), `_NULL`,
+/// Returns `GESTUS_STATUS_UNKNOWN` (no such group or style), `_WEIGHTS` (`count` is above 3, or weights are out of
+/// their range), `_METHOD` (linear models support one style for the whole body only), `_NULL`,
 /// `_MISALIGNED`, `_HANDLE`, `_OVERLAP` (an array overlaps the stylizer).
 ///
 /// # Safety

@@ -57,8 +57,8 @@ pub enum GestusStatus {
     Unknown = 35,
     /// The database does not have the input's action in the input's style.
     NoClass = 36,
-    /// A weight is negative or not finite, or all are zero; or there are more styles than 32, or than 3 for a joint
-    /// group.
+    /// A weight is negative, not finite or above 1e6, or their sum is not above 1e-6; or there are more styles than 32, or
+    /// than 3 for a joint group.
     Weights = 37,
     /// A parameter is not finite or out of its range.
     Parameter = 38,
@@ -149,7 +149,7 @@ impl GestusStatus {
             Self::NoClass => {
                 c"the database does not have that action in that style: set one of the labels, or neither"
             }
-            Self::Weights => c"weights must be finite, not negative and not all zero, for 1 to 32 styles, or 1 to 3 for a joint group",
+            Self::Weights => c"weights must be from 0 to 1e6 and their sum above 1e-6, for 1 to 32 styles, or 1 to 3 for a joint group",
             Self::Parameter => c"a parameter is not finite or out of its range",
             Self::Method => c"the database lacks the data that the method needs (choose another method, or build the database with the models), or the library was built without the method, or the method does not support the setting (linear models style the whole body only)",
             Self::NoDial => c"the database has no effort dial: build it again with two styles or more and `--effort`",

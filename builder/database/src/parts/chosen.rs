@@ -238,8 +238,9 @@ impl Chosen {
             self.part().name
         ));
         lines.push(format!(
-            "  in firmware: {}::new(database, Config::new().method(Method::{:?})){}",
-            self.stylizer().replacen('<', "::<", 1),
+            "  in firmware: {}::new(database, Config::new().method(Method::{:?}))?.stylizer(){}",
+            // The `Result` of `Stylizer::new` would take the stylizer's RAM a second time.
+            self.stylizer().replacen("Stylizer<", "Fit::<", 1),
             timed.method,
             if timed.labelled { ", set_labels" } else { "" }
         ));

@@ -235,7 +235,7 @@ fn what_was_chosen_is_told() {
         &format!("{} of 16646144 bytes of external memory beside the code; whole", whole().len()),
         "gestus-sim run --db k.gestus",
         "--board rp2040",
-        "Stylizer::<21, 8, 4>::new(database, Config::new().method(Method::Mar))",
+        "Fit::<21, 8, 4>::new(database, Config::new().method(Method::Mar))?.stylizer()",
     ] {
         assert!(text.contains(said), "{said}: {text}");
     }
