@@ -209,7 +209,8 @@ fn compare(
     };
     let input: Vec<Frame> = clip.frames.iter().map(lift).collect();
     let mapped = retarget.to_target(&clip);
-    let back: Vec<Frame> = retarget.to_source(&mapped.frames, &[]).iter().map(lift).collect();
+    // As `gestus translate` does: joints without a counterpart are as in the input.
+    let back: Vec<Frame> = retarget.to_source(&mapped.frames, &clip.frames).iter().map(lift).collect();
     let (source, target) = (&retarget.source, &retarget.target);
     let stands = |body: &Body, frames: &[Frame]| {
         let clip = Clip { skeleton: body.skeleton.clone(), frames: frames.to_vec(), ..clip.clone() };
