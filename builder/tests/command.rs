@@ -584,3 +584,33 @@ fn what_would_be_ignored_is_refused() {
     let config = fs::read_to_string(folder.join("generated/gestus.toml")).unwrap();
     assert!(config.contains("rate_hz = 29.97\n"), "{config}");
 }
+
+/// The body was pulled to the floor by the plants of the walk, without a word.
+#[test]
+fn a_transfer_says_which_footplants_it_does_not_hold() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("footplants");
+    fs::create_dir_all(&folder).unwrap();
+    let file = |action: &str, style: &str| {
+        let clip = gestus_database::synth::performance(3, action, style, 30.0, 4.0).unwrap().clip;
+        let path = folder.join(format!("{action}_{style}.bvh"));
+        fs::write(&path, Bvh::from_clip(&clip, Unit::Centimetres).unwrap().to_text()).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let [walk, run, old] = [file("walk", "neutral"), file("run", "proud"), file("walk", "old")];
+    let output = folder.join("out.bvh");
+    let transfer = |reference: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_gestus"));
+        command.args(["transfer", "--input", &walk, "--reference", reference, "--json", "-o"]).arg(&output);
+        let output = command.output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{said}");
+        (said, serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap())
+    };
+    let (said, json) = transfer(&run);
+    assert!(said.contains("doubt: of ") && said.contains(" footplants of the clip, "), "{said}");
+    assert!(json["footplants_dropped"].as_u64() > Some(0) && json["doubts"][0].is_string(), "{json}");
+    let (said, json) = transfer(&old);
+    assert!(!said.contains("doubt"), "{said}");
+    assert!(json["footplants"].as_u64() > Some(0) && json["footplants_dropped"] == 0, "{json}");
+    assert_eq!(json["doubts"].as_array().map(Vec::len), Some(0), "{json}");
+}

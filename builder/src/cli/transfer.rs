@@ -78,6 +78,7 @@ struct Read {
     /// Near the origin, with Y up.
     clip: Clip,
     place: Place,
+    doubt: Option<String>,
 }
 
 /// Reads a clip; `option` states its up.
@@ -90,12 +91,10 @@ fn read(path: &Path, unit: Option<Unit>, option: &str, up: Option<(usize, f64)>)
         super::note(format_args!("{name}: {note}"));
     }
     let file = MapFile { up, ..MapFile::default() }.of_document(&document);
-    super::tell(
-        path,
-        up::doubt(&clip, &file).map(|doubt| format!("doubt: {}", doubt.replace("--up", option))),
-    );
+    let doubt = up::doubt(&clip, &file).map(|doubt| doubt.replace("--up", option));
+    super::tell(path, doubt.iter().map(|doubt| format!("doubt: {doubt}")));
     let place = Place::of(&clip, &file);
-    Ok(Read { document, binding, clip: place.near(&clip), place })
+    Ok(Read { document, binding, clip: place.near(&clip), place, doubt })
 }
 
 /// Mean speed on the ground of feet that stand in the output, cm/s; none where none stands.
@@ -115,16 +114,20 @@ pub fn run(args: &Args) -> Result<()> {
     super::check_animation(args.animation.as_deref(), &args.output)?;
     super::check_outputs([Some(&args.input), Some(&args.reference)], [("-o", Some(&args.output))])?;
     args.floor.map(check_floor).transpose().map_err(|e| anyhow!("--{e}"))?;
-    let Read { document, binding, clip: source, place } = read(&args.input, args.unit.unit, "--up", args.up)?;
-    let reference = read(&args.reference, args.unit.unit, "--reference-up", args.reference_up)?.clip;
+    let Read { document, binding, clip: source, place, doubt } =
+        read(&args.input, args.unit.unit, "--up", args.up)?;
+    let reference = read(&args.reference, args.unit.unit, "--reference-up", args.reference_up)?;
+    let mut doubts: Vec<String> = doubt.into_iter().chain(reference.doubt).collect();
+    let reference = reference.clip;
     let retargeted = !is_same_body(&reference.skeleton, &source.skeleton);
     let reference = match retargeted {
         false => reference,
         true => {
             let place = || args.reference.display().to_string();
-            let (mapped, doubts) = Retarget::between(&reference, &source).with_context(place)?;
+            let (mapped, more) = Retarget::between(&reference, &source).with_context(place)?;
             super::tell(&args.reference, [format!("retargeted to the skeleton of {}", args.input.display())]);
-            super::tell(&args.reference, doubts.iter().map(|doubt| format!("doubt: {doubt}")));
+            super::tell(&args.reference, more.iter().map(|doubt| format!("doubt: {doubt}")));
+            doubts.extend(more);
             mapped
         }
     };
@@ -153,6 +156,9 @@ pub fn run(args: &Args) -> Result<()> {
         .write(&binding, &place.back(&out.clip), &args.output, args.animation.as_deref())
         .with_context(|| args.output.display().to_string())?;
     open::write(&args.output, bytes)?;
+    let plants = out.footplants;
+    super::tell(&args.input, plants.doubt().map(|doubt| format!("doubt: {doubt}")));
+    doubts.extend(plants.doubt());
     let skate = skate(&body, &source, &out);
     let offset = mean_offset(&body, &reference);
     args.report.print(
@@ -160,7 +166,8 @@ pub fn run(args: &Args) -> Result<()> {
             "frames": out.clip.frames.len(), "reference_frames": reference.frames.len(), "warp_ms": out.warp_ms,
             "transfer_ms": out.transfer_ms, "clean_up_ms": out.clean_up_ms, "recursive_mean_off_deg": offset.to_degrees(),
             "clean_up": clean_up, "retargeted": retargeted, "floor_m": out.floor_m + place.height_m(), "skate_cm_s": skate,
-            "output": super::shown(&args.output),
+            "footplants": plants.all, "footplants_dropped": plants.dropped, "footplants_shortened": plants.shortened,
+            "doubts": doubts, "output": super::shown(&args.output),
         }),
         || format!(
             "{}: {} frames in the style of {}; warp {:.1} ms, transfer {:.2} ms, clean-up {:.1} ms; the recursive mean is {:.2} degrees off the geodesic one at most",

@@ -200,7 +200,8 @@ fn clean(output: &mut Output, clip: &Clip, model: &Model) {
     let body = &model.library.body;
     let Some((limbs, _)) = Limbs::of_clip(body, clip) else { return };
     let window = (cleanup::WINDOW_S * clip.rate_hz) as usize;
-    output.frames = cleanup::clean(&limbs, &output.blended, &output.stands, window);
+    let cleaned = cleanup::clean(&limbs, &output.blended, &output.stands, window, clip.rate_hz);
+    (output.frames, output.stands) = (cleaned.frames, cleaned.stands);
     output.rows = body.clip_dofs(&Clip { frames: output.frames.clone(), ..clip.clone() });
 }
 

@@ -7,7 +7,8 @@
 //!    the foot, the lower of ankle and toes: the one nearest to its positions in these frames. The offset of a foot is the
 //!    translation to that position in each frame.
 //! 2. **Root.** The root takes the mean offset of the standing feet, interpolated between plants and smoothed over a window,
-//!    and moves close enough for every leg to reach.
+//!    and moves close enough for every leg to reach, within bounds. What is no plant of these poses, or stays out of reach,
+//!    is let go ([`Footplants`]).
 //! 3. **Legs.** Each ankle reaches its target by the core's analytic inverse kinematics
 //!    ([`gestus_core::body::two_bone_ik`]); the foot keeps its orientation.
 //! 4. **Smoothing.** Offsets fade in and out over the window before and after a plant.
@@ -28,21 +29,19 @@ use nalgebra::Vector3;
 use crate::{
     registration::contact::{GAUSSIAN_S, contacts, legs, smoothed},
     retarget::body::{ANKLE, is_over_sole},
-    stream::{Streamed, from_pose, to_pose},
+    stream::{
+        Streamed,
+        footplants::{Footplants, Held, STRETCH, over, slid, vector},
+        from_pose, to_pose,
+    },
 };
 use gestus_motion::{
     body::Body,
     clip::{Clip, Frame},
     corpus::Corpus,
     landmarks::Landmarks,
-    statistics::{smooth, smoothstep},
+    statistics::smoothstep,
 };
-
-/// Greatest extension of a leg, relative to its length.
-const STRETCH: f64 = 0.995;
-
-/// Iterations of moving the root within reach of every leg.
-const REACH_ROUNDS: usize = 8;
 
 /// Depth below the floor from which a foot is lifted, metres: that of [`gestus_core::output::foot_lock`]. Its constants are
 /// `f32`, and 1 cm in `f32` is other bits in `f64`.
@@ -52,8 +51,6 @@ const ELSEWHERE_M: f64 = 0.4;
 
 /// Height of the toes above their sole, in lengths of the leg.
 const TOE: f64 = 0.025;
-
-type Offsets = Vec<[Option<Vector3<f64>>; 2]>;
 
 /// Default window, seconds.
 pub const WINDOW_S: f64 = 0.25;
@@ -160,8 +157,8 @@ pub fn clean_up(database: &Database<'_>, streamed: &mut Streamed, window: usize)
     let mut stands = smoothed(&likelihoods, GAUSSIAN_S * f64::from(database.rate_hz()));
     let frames: Vec<Frame> = streamed.steps.iter().map(|s| s.frame.clone()).collect();
     end_in_time(&limbs, &frames, f64::from(database.rate_hz()), &mut stands);
-    let cleaned = clean(&limbs, &frames, &stands, window);
-    for ((step, frame), stands) in streamed.steps.iter_mut().zip(cleaned).zip(stands) {
+    let cleaned = clean(&limbs, &frames, &stands, window, f64::from(database.rate_hz()));
+    for ((step, frame), stands) in streamed.steps.iter_mut().zip(cleaned.frames).zip(cleaned.stands) {
         step.frame = frame;
         step.report.contacts = stands;
     }
@@ -189,16 +186,32 @@ fn end_in_time(limbs: &Limbs, frames: &[Frame], rate_hz: f64, stands: &mut [[boo
     }
 }
 
-/// The poses with their feet where they stand.
-pub fn clean(limbs: &Limbs, frames: &[Frame], stands: &[[bool; 2]], window: usize) -> Vec<Frame> {
+/// Poses without foot skate.
+#[derive(Debug, Clone)]
+pub struct Cleaned {
+    /// The poses.
+    pub frames: Vec<Frame>,
+    /// Which foot stands in them. Shape `[frames]`.
+    pub stands: Vec<[bool; 2]>,
+    /// What became of the plants of the contacts.
+    pub footplants: Footplants,
+}
+
+/// The poses with their feet where they stand: as in the contacts, but for plants that the feet do not have.
+pub fn clean(
+    limbs: &Limbs,
+    frames: &[Frame],
+    contacts: &[[bool; 2]],
+    window: usize,
+    rate_hz: f64,
+) -> Cleaned {
     let legs = limbs.legs;
     let mut poses: Vec<Pose<MAX_JOINTS>> = frames.iter().map(to_pose).collect();
     let chains = |poses: &[Pose<MAX_JOINTS>]| -> Vec<[Chain; 2]> {
         poses.iter().map(|p| [0, 1].map(|side| limbs.chain(side, p))).collect()
     };
     let before = chains(&poses);
-    let plants = places(&before, &legs, stands);
-    let shifts = root_shifts(&before, &plants, window);
+    let Held { stands, offsets: plants, shifts } = Held::of(&before, &legs, contacts, window, rate_hz);
     for (pose, shift) in poses.iter_mut().zip(&shifts) {
         for (slot, shift) in pose.position.iter_mut().zip(shift.iter()) {
             *slot += *shift as f32;
@@ -222,7 +235,8 @@ pub fn clean(limbs: &Limbs, frames: &[Frame], stands: &[[bool; 2]], window: usiz
             }
         }
     }
-    lifted(limbs, poses)
+    let footplants = Footplants::count(contacts, &stands);
+    Cleaned { frames: lifted(limbs, poses), stands, footplants }
 }
 
 /// The poses with their ankles where those of other poses are, as far as legs reach; the feet keep their orientation.
@@ -238,58 +252,6 @@ pub fn with_ankles_of(limbs: &Limbs, frames: &[Frame], others: &[Frame]) -> Vec<
         from_pose(&pose, limbs.parents.len())
     };
     frames.iter().zip(others).map(placed).collect()
-}
-
-fn vector(v: [f32; 3]) -> Vector3<f64> {
-    Vector3::from(v.map(f64::from))
-}
-
-/// Heights of ankle and toes above their standing heights, metres.
-fn over(chain: &Chain, leg: &Leg) -> [f64; 2] {
-    let height = |place: [f32; 3], i: usize| f64::from(place[1]) - f64::from(leg.heights[i]);
-    [height(chain.ankle, 0), if leg.toe.is_some() { height(chain.toe, 1) } else { f64::INFINITY }]
-}
-
-/// How far the point that a foot stands on has moved since the frame before: the joint that carries the foot, the lower
-/// of ankle and toes, less what the foot's roll moves it by.
-fn slid(at: &Chain, leg: &Leg, before: &Chain) -> Vector3<f64> {
-    let [ankle, toe] = over(at, leg);
-    let (moved, roll) = if toe <= ankle {
-        (vector(at.toe) - vector(before.toe), leg.rolls[1])
-    } else {
-        (vector(at.ankle) - vector(before.ankle), leg.rolls[0])
-    };
-    let (up, now) = (before.up_in_foot(), at.up_in_foot());
-    moved - vector(at.rolled([up[0] - now[0], up[1] - now[1], up[2] - now[2]], roll))
-}
-
-/// Offsets that take each standing foot to its plant's place: what carries it does not move on the ground, the offset
-/// goes on where the weight goes from heel to toes, and the foot is as far ahead of where it was as it is behind in the
-/// mean of the plant.
-fn places(chains: &[[Chain; 2]], legs: &[Leg; 2], stands: &[[bool; 2]]) -> Offsets {
-    let mut offsets: Offsets = vec![[None; 2]; chains.len()];
-    for side in [0, 1] {
-        let leg = &legs[side];
-        let mut start = 0;
-        while start < chains.len() {
-            let end = (start..chains.len()).find(|&t| !stands[t][side]).unwrap_or(chains.len());
-            let mut offset = Vector3::zeros();
-            let mut plant = Vec::with_capacity(end - start);
-            for t in start..end {
-                if t > start {
-                    offset -= slid(&chains[t][side], leg, &chains[t - 1][side]);
-                }
-                let [ankle, toe] = over(&chains[t][side], leg);
-                plant.push(Vector3::new(offset.x, -ankle.min(toe), offset.z));
-            }
-            let mean = plant.iter().sum::<Vector3<f64>>() / plant.len().max(1) as f64;
-            for (slot, offset) in offsets[start..end].iter_mut().zip(plant) {
-                slot[side] = Some(offset - Vector3::new(mean.x, 0.0, mean.z));
-            }
-            start = end + 1;
-        }
-    }
-    offsets
 }
 
 /// The poses with no foot further than `DEEP_M` below where it stands: those that are, are lifted by their legs.
@@ -314,54 +276,6 @@ fn lift_feet(limbs: &Limbs, pose: &mut Pose<MAX_JOINTS>) {
             chain.place(leg, [x, y - (DEEP_M + over) as f32, z], reach, pose);
         }
     }
-}
-
-/// What the root takes: the mean of the standing feet's offsets, in between what lies between, smoothed, and so that
-/// every leg reaches.
-fn root_shifts(chains: &[[Chain; 2]], plants: &Offsets, window: usize) -> Vec<Vector3<f64>> {
-    let common: Vec<Option<Vector3<f64>>> = plants
-        .iter()
-        .map(|p| {
-            let standing: Vec<Vector3<f64>> = p.iter().flatten().copied().collect();
-            (!standing.is_empty()).then(|| standing.iter().sum::<Vector3<f64>>() / standing.len() as f64)
-        })
-        .collect();
-    let mut shifts = smooth(&between(&common), window as f64 / 3.0);
-    // Again and again: what one leg asks for may take the other one out of reach, and what is smoothed falls short. The
-    // little that is left in the end is not smoothed.
-    for round in 0..REACH_ROUNDS {
-        for (shift, (chains, plants)) in shifts.iter_mut().zip(chains.iter().zip(plants)) {
-            for (chain, plant) in chains.iter().zip(plants) {
-                let Some(plant) = plant else { continue };
-                let leg = vector(chain.ankle) + plant - vector(chain.hip) - *shift;
-                let (length, most) = (leg.norm(), STRETCH * f64::from(chain.length()));
-                if length > most {
-                    *shift += leg * (1.0 - most / length);
-                }
-            }
-        }
-        if round + 1 < REACH_ROUNDS {
-            shifts = smooth(&shifts, (window / 2) as f64 / 3.0);
-        }
-    }
-    shifts
-}
-
-/// Fills gaps by linear interpolation, constant at both ends.
-fn between(values: &[Option<Vector3<f64>>]) -> Vec<Vector3<f64>> {
-    let known: Vec<(usize, Vector3<f64>)> =
-        values.iter().enumerate().filter_map(|(t, v)| v.map(|v| (t, v))).collect();
-    (0..values.len())
-        .map(|t| {
-            let after = known.partition_point(|k| k.0 < t);
-            match (after.checked_sub(1).map(|i| known[i]), known.get(after)) {
-                (_, Some(&(at, v))) if at == t => v,
-                (Some((a, v)), Some(&(b, w))) => v.lerp(&w, (t - a) as f64 / (b - a) as f64),
-                (Some((_, v)), None) | (None, Some(&(_, v))) => v,
-                (None, None) => Vector3::zeros(),
-            }
-        })
-        .collect()
 }
 
 /// Offsets in plants as they are; around them they fade by a smoothstep over the window, nearest plant first.
@@ -393,12 +307,8 @@ mod tests {
     };
 
     #[test]
-    fn gaps_are_filled_and_plants_fade() {
+    fn plants_fade() {
         let v = |x: f64| Some(Vector3::new(x, 0.0, 0.0));
-        let values = [None, v(1.0), None, None, None, v(5.0), None];
-        let filled: Vec<f64> = between(&values).iter().map(|v| v.x).collect();
-        assert_eq!(filled, [1.0, 1.0, 2.0, 3.0, 4.0, 5.0, 5.0]);
-        assert!(between(&[None, None]).iter().all(|v| *v == Vector3::zeros()));
         let faded: Vec<f64> = fade(&[v(1.0), None, None, None, None, None], 2).iter().map(|v| v.x).collect();
         assert_eq!(faded[0], 1.0);
         assert!(faded[1] > faded[2] && faded[2] > 0.0 && faded[3] == 0.0, "{faded:?}");
@@ -449,13 +359,13 @@ mod tests {
             frames.iter().flat_map(|frame| [of(frame, 0), of(frame, 1)]).fold(f64::INFINITY, f64::min)
         };
         assert!(lowest(&frames) < -0.05, "{}", lowest(&frames));
-        let cleaned = clean(&limbs, &frames, &stands, 7);
+        let cleaned = clean(&limbs, &frames, &stands, 7, 30.0).frames;
         assert!(lowest(&cleaned) > -DEEP_M - 1e-3, "{}", lowest(&cleaned));
         // A body that is elsewhere stays as it is there.
         let far: Vec<Frame> =
             frames.iter().map(|f| Frame { root: f.root - Vector3::y() * 2.0, ..f.clone() }).collect();
         let none = vec![[false; 2]; far.len()];
-        for (cleaned, far) in clean(&limbs, &far, &none, 7).iter().zip(&far) {
+        for (cleaned, far) in clean(&limbs, &far, &none, 7, 30.0).frames.iter().zip(&far) {
             assert!(cleaned.angle_to(far) < 1e-3);
         }
     }

@@ -7,6 +7,7 @@ pub mod cleanup;
 pub mod course;
 pub mod crowd;
 pub mod far;
+pub mod footplants;
 pub mod input;
 mod left_alone;
 pub mod looped;

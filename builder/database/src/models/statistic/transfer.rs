@@ -10,8 +10,8 @@
 //! the weights of the frames in the statistics depend on the warp. By default frames are weighted and mapped in place;
 //! [`Options::literal`] warps the clips, and `evaluate transfer` compares the two. Euler angles are always warped.
 //!
-//! Then foot skate is cleaned up (section 6, [`crate::stream::cleanup`]) with the source's contacts
-//! ([`Transferred::contacts`]), unless [`Options::clean_up`] is off.
+//! Then foot skate is cleaned up (section 6, [`crate::stream::cleanup`]) with the source's contacts, unless
+//! [`Options::clean_up`] is off. Plants that the result does not have, as those of a walk that became a run, are let go.
 //!
 //! Cost: the warp, and two slerps per joint and frame.
 
@@ -41,6 +41,7 @@ use crate::{
     },
     stream::{
         cleanup::{self, Limbs},
+        footplants::Footplants,
         turn_limit::{FASTER, fastest, limited},
     },
 };
@@ -81,8 +82,10 @@ impl Default for Options {
 pub struct Transferred {
     /// The clip, at the source's time.
     pub clip: Clip,
-    /// Which foot stands, as in the source. Shape `[frames]`.
+    /// Which foot stands: as in the source, less what the clean-up let go. Shape `[frames]`.
     pub contacts: Vec<[bool; 2]>,
+    /// The source's footplants, and how many the clean-up let go; none without a clean-up.
+    pub footplants: Footplants,
     /// Height of the source's floor, metres.
     pub floor_m: f64,
     /// Milliseconds that the correspondence took.
@@ -152,17 +155,18 @@ pub fn transfer(
     let transfer_ms = start.elapsed().as_secs_f64() * 1e3;
     let start = Instant::now();
     let mut contacts = contact::contacts(source, &body.landmarks);
+    let mut footplants = Footplants::default();
     if let Some((limbs, stands)) = Limbs::of_clip(body, source).filter(|_| options.clean_up) {
         let window = (cleanup::WINDOW_S * source.rate_hz) as usize;
-        frames = cleanup::clean(&limbs, &frames, &stands, window);
-        contacts = stands;
+        let cleaned = cleanup::clean(&limbs, &frames, &stands, window, source.rate_hz);
+        (frames, contacts, footplants) = (cleaned.frames, cleaned.stands, cleaned.footplants);
         let fastest_turn = fastest(&source.frames).max(fastest(&reference.frames));
         let limit = FASTER * fastest_turn;
         frames = limited(Clip { frames, ..source.clone() }, limit, &Vector3::y(), false).frames;
     }
     let clean_up_ms = start.elapsed().as_secs_f64() * 1e3;
     let clip = raised(&Clip { frames, ..source.clone() }, floor_m);
-    Ok(Transferred { clip, contacts, floor_m, warp_ms, transfer_ms, clean_up_ms })
+    Ok(Transferred { clip, contacts, footplants, floor_m, warp_ms, transfer_ms, clean_up_ms })
 }
 
 /// A clip lifted by a height.

@@ -1,5 +1,6 @@
 use super::*;
 use crate::synth;
+use gestus_motion::corpus::Corpus;
 
 fn clips() -> (Body, Clip, Clip) {
     let corpus = synth::corpus(&synth::Options::of(&["walk"], &["neutral", "proud"], 1, 4.0)).unwrap();
@@ -115,4 +116,34 @@ fn lengths_may_be_far_apart() {
     assert_eq!(transfer(&body, &one, &reference, &Options::default()).unwrap().clip.frames.len(), 1);
     let none = Clip { frames: vec![], ..source };
     assert!(transfer(&body, &none, &reference, &Options::default()).is_err());
+}
+
+/// The plants of a walk pulled the body of a run down to the floor, and a third of a metre on in a frame.
+#[test]
+fn a_walk_in_the_style_of_a_run_keeps_the_course_of_its_body() {
+    let of = |action: &str, style: &str| synth::performance(3, action, style, 30.0, 6.0).unwrap().clip;
+    let source = of("walk", "neutral");
+    let body = Body::of(&Corpus::of_clip(&source)).unwrap();
+    let go = |reference: &Clip, clean_up: bool| {
+        transfer(&body, &source, reference, &Options { clean_up, ..Options::default() }).unwrap()
+    };
+    // One as fast as none of its plants is held, and a slower one.
+    for (action, style) in [("run", "proud"), ("run", "neutral"), ("kick", "angry")] {
+        let reference = of(action, style);
+        let (raw, cleaned) = (go(&reference, false).clip.frames, go(&reference, true));
+        let step = |frames: &[Frame]| {
+            frames.windows(2).map(|pair| (pair[1].root - pair[0].root).norm()).fold(0.0, f64::max)
+        };
+        let (before, after) = (step(&raw), step(&cleaned.clip.frames));
+        assert!(after < before + 0.022, "{action} {style}: steps of {after} m, {before} before");
+        let lower = |(raw, cleaned): (&Frame, &Frame)| raw.root.y - cleaned.root.y;
+        let lowest = raw.iter().zip(&cleaned.clip.frames).map(lower).fold(0.0, f64::max);
+        assert!(lowest < 0.065, "{action} {style}: {lowest} m lower");
+        let stands = |contacts: &[[bool; 2]]| contacts.iter().flatten().filter(|stands| **stands).count();
+        assert!(cleaned.footplants.dropped > 0, "{action} {style}: {:?}", cleaned.footplants);
+        assert!(stands(&cleaned.contacts) < stands(&contact::contacts(&source, &body.landmarks)));
+    }
+    // A walk has the plants of a walk.
+    let walk = go(&of("walk", "old"), true);
+    assert!(walk.footplants.all > 8 && walk.footplants.doubt().is_none(), "{:?}", walk.footplants);
 }
