@@ -255,6 +255,11 @@ fn a_database_without_one_of_its_actions_has_a_dial() {
     for style in ["neutral", "proud"] {
         assert!(figures["effort"]["of_styles"][style]["weight"].is_number(), "{}", figures["effort"]);
     }
+    // Two styles are too few to move every factor.
+    let fixed = figures["effort"]["fixed"].as_array().unwrap();
+    assert_eq!(stderr.contains("the effort dial cannot move "), !fixed.is_empty(), "{stderr}");
+    assert!(fixed.iter().all(|factor| stderr.contains(factor.as_str().unwrap())), "{stderr}");
+    assert!(!fixed.is_empty(), "{}", figures["effort"]);
     // What the dial does not reach was told twice.
     let [clip, out] = ["data/run_neutral_1.bvh", "out.bvh"].map(|n| folder.join(n));
     let [clip, out] = [&clip, &out].map(|p| p.to_str().unwrap());

@@ -22,7 +22,7 @@ use gestus_database::{
     },
     effort::{
         Source,
-        dial::doubt,
+        dial::doubts,
         fragment::{self, Library},
         model::Model,
         response,
@@ -139,7 +139,7 @@ pub fn run(args: &Args) -> Result<()> {
     built.notes.iter().for_each(super::note);
     open::write(&args.output, &built.bytes)?;
     let database = open::open(&args.output, &built.bytes)?;
-    doubt(&database).iter().for_each(super::note);
+    doubts(&database).iter().for_each(super::note);
     let figures = super::inspect::figures(&database, built.bytes.len())?;
     if args.report.json {
         let mut figures = figures;

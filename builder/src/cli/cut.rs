@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
-use gestus_database::{blob::cut, command_line::options::ReportArgs, effort::dial::doubt};
+use gestus_database::{blob::cut, command_line::options::ReportArgs, effort::dial::doubts};
 use serde_json::json;
 
 use super::open;
@@ -33,7 +33,7 @@ pub fn run(args: &Args) -> Result<()> {
     let database = open::open(&args.db, &bytes)?;
     let cut = cut::models_only(&database).with_context(|| args.db.display().to_string())?;
     open::write(&args.output, &cut)?;
-    doubt(&database).iter().for_each(super::note);
+    doubts(&database).iter().for_each(super::note);
     args.report.print(
         || json!({ "output": super::shown(&args.output), "bytes": cut.len(), "from_bytes": bytes.len() }),
         || format!("{}: {} bytes, of {}", args.output.display(), cut.len(), bytes.len()),

@@ -15,7 +15,7 @@ use gestus_core::{
 use gestus_database::{
     blob::export,
     command_line::{options::ReportArgs, stylizer_args::methods},
-    effort::dial::{doubt, styles_alike},
+    effort::dial::{doubts, fixed_factors, styles_alike},
 };
 use serde_json::{Value, json};
 
@@ -100,6 +100,7 @@ pub fn figures(database: &Database<'_>, bytes: usize) -> Result<Value> {
         "effort": database.dial().map(|dial| {
             let mut found = effort(&dial, &manifest.styles.iter().collect::<Vec<_>>());
             found["alike"] = json!(styles_alike(database));
+            found["fixed"] = json!(fixed_factors(database));
             found
         }),
     }))
@@ -133,7 +134,7 @@ pub fn inspect(args: &InspectArgs) -> Result<()> {
     let bytes = open::read_blob(&args.db)?;
     let database = open::open(&args.db, &bytes)?;
     let figures = figures(&database, bytes.len())?;
-    doubt(&database).iter().for_each(super::note);
+    doubts(&database).iter().for_each(super::note);
     if args.report.json {
         return super::say(&figures);
     }

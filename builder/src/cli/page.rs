@@ -8,7 +8,7 @@ use base64::{Engine, prelude::BASE64_STANDARD as BASE64};
 use gestus_database::{
     build::{BuildOptions, build},
     command_line::{options::ReportArgs, wasm::WasmCrate},
-    effort::dial::doubt,
+    effort::dial::doubts,
     synth::{self, Options},
 };
 use gestus_motion::{capture::Format, formats::gltf::toy};
@@ -62,7 +62,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<()> {
     let given = args.db.as_deref().map(open::read_blob).transpose()?;
     if let (Some(bytes), Some(path)) = (&given, &args.db) {
-        doubt(&open::open(path, bytes)?).iter().for_each(super::note);
+        doubts(&open::open(path, bytes)?).iter().for_each(super::note);
     }
     if args.output.is_dir() {
         check(args)?;

@@ -229,7 +229,7 @@ impl StylizerArgs {
         let dial = database.dial().context(
             "--effort: the database has no effort dial: build it again from two styles or more, with --effort",
         )?;
-        effort::dial::doubt(database).iter().for_each(crate::command_line::outputs::note);
+        effort::dial::doubts(database).iter().for_each(crate::command_line::outputs::note);
         let rest = dial.rest().factors();
         let target: [f32; 3] = std::array::from_fn(|k| factors[k].map_or(rest[k], |v| v as f32));
         let (weights, reached) = dial.weights(Effort::new(target));

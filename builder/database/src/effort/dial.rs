@@ -14,7 +14,11 @@
 //! is monotone if mixes follow `G w`: `(e - e')ᵀ S⁻² (G w - G w') >= 0`. Real mixes deviate from that, which is why
 //! measuring is the default. Weights are stored as bytes; a test bounds how far rounding violates monotonicity.
 
-use gestus_core::{Database, blob::layout::effort};
+use gestus_core::{
+    Database,
+    blob::layout::effort,
+    stylizer::effort_dial::{Effort, TOLERANCE},
+};
 use nalgebra::{DMatrix, DVector};
 
 use crate::effort::{Factors, POLE, Source};
@@ -111,17 +115,41 @@ pub fn styles_alike(database: &Database<'_>) -> Vec<[String; 2]> {
     alike(&efforts).into_iter().map(|pair| pair.map(name)).collect()
 }
 
-/// What is to be said of a database whose effort dial cannot tell styles apart.
-pub fn doubt(database: &Database<'_>) -> Option<String> {
+/// Narrowest range of a factor that a knob can move: the distance from its target at which a factor counts as reached.
+const NARROWEST: f32 = TOLERANCE;
+
+/// Factors whose ranges are too narrow to move them.
+fn narrow(ranges: [(f32, f32); 3]) -> Vec<&'static str> {
+    let names = Effort::NAMES.into_iter().zip(ranges);
+    names.filter(|(_, (low, high))| high - low < NARROWEST).map(|(name, _)| name).collect()
+}
+
+/// Factors, by name, that the effort dial of a database cannot move: few styles do not change them in every action alike.
+pub fn fixed_factors(database: &Database<'_>) -> Vec<&'static str> {
+    database.dial().map_or_else(Vec::new, |dial| narrow(dial.range()))
+}
+
+/// What is to be said of a database whose effort dial cannot tell styles apart, or move a factor.
+pub fn doubts(database: &Database<'_>) -> Vec<String> {
     let pairs = styles_alike(database);
     let list: Vec<String> = pairs.iter().map(|[one, other]| format!("{one} and {other}")).collect();
-    (!list.is_empty()).then(|| {
+    let alike = (!list.is_empty()).then(|| {
         format!(
             "the effort dial has the same Efforts for {}, and `--effort` takes either: their clips hardly differ, or have no \
              labels (`gestus effort sheet`, `build --labels`)",
             list.join(", ")
         )
-    })
+    });
+    let fixed = fixed_factors(database);
+    let still = (!fixed.is_empty()).then(|| {
+        format!(
+            "the effort dial cannot move {}: no mix of these {} styles changes it by {NARROWEST} in every action, so that \
+             `--effort` does nothing there; add clips of more styles, or build with fewer actions (--actions)",
+            fixed.join(", "),
+            database.counts().styles
+        )
+    });
+    alike.into_iter().chain(still).collect()
 }
 
 impl Dial {

@@ -10,6 +10,13 @@ fn styles_of_the_same_efforts_are_found() {
     assert_eq!(alike(&efforts), [[0, 2]]);
 }
 
+/// A dial of three styles did the same at every setting, and the build said nothing.
+#[test]
+fn factors_that_no_knob_moves_are_named() {
+    assert_eq!(narrow([(1.877, 1.927), (-0.2, 0.3), (0.0, 0.24)]), ["flow", "time"]);
+    assert!(narrow([(-1.48, 1.8); 3]).is_empty());
+}
+
 #[test]
 fn no_mix_on_a_fine_lattice_is_nearer() {
     let efforts: Vec<Factors> = efforts().into_iter().flatten().collect();
