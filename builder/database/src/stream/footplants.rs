@@ -3,10 +3,10 @@
 //! Contacts are often those of another motion: of a clip before its style was changed, or of its neighbors. What became a run
 //! has no plants of a walk. So that no plant pulls the body out of its course:
 //!
-//! 1. A plant is dropped where the foot travels far at a speed at which no foot stands ([`FAST`], [`FAR`]), or is high
-//!    over the floor ([`HIGH`]).
-//! 2. The root moves within reach of the plants, but no faster than [`ROOT_SPEED`] besides its own motion, and no more than
-//!    [`LOWER`] down.
+//! 1. A plant is dropped where the foot travels far at a speed at which no foot stands (`FAST`, `FAR`), or is high
+//!    over the floor (`HIGH`).
+//! 2. The root moves within reach of the plants, but no faster than `ROOT_SPEED` besides its own motion, and no more than
+//!    `LOWER` down.
 //! 3. A plant that is then out of reach is let go: it begins later or ends earlier. Kovar et al. 2002 lengthen the leg by
 //!    a little instead, which the rotations of a clip cannot say.
 //!
