@@ -46,10 +46,8 @@ pub(crate) fn estimate(
     means: &[Vector3<f64>],
 ) -> f64 {
     let mut chains = vec![(0.0, Limb::Trunk); joints.len()];
-    let longest = |limbs: &[Limb], chains: &[(f64, f64, Limb)]| {
-        chains.iter().filter(|c| limbs.contains(&c.2)).map(|c| c.0 + c.1).fold(0.0, f64::max)
-    };
-    let mut tips = Vec::new();
+    // Length to the end of each joint's tip.
+    let mut ends = Vec::with_capacity(joints.len());
     for (s, &j) in joints.iter().enumerate() {
         let joint = &all[j];
         if s > 0 {
@@ -58,17 +56,20 @@ pub(crate) fn estimate(
         }
         let tip = joint.tips.iter().map(Vector3::norm).fold(0.0, f64::max);
         // Blender writes tips of fourteen metres for bones of glTF, which has none.
-        tips.push((chains[s].0, tip.min(MAX_TIP_RATIO * means[s].norm()), chains[s].1));
+        let (reach, limb) = chains[s];
+        ends.push((reach + tip.min(MAX_TIP_RATIO * means[s].norm()), limb));
     }
-    let any = [Limb::Trunk, Limb::Head, Limb::OnHead, Limb::Leg, Limb::Arm];
-    let leg = longest(&[Limb::Leg], &tips);
-    let head = longest(&[Limb::Head], &tips);
-    let trunk = if head > 0.0 { head } else { longest(&[Limb::Trunk], &tips) };
+    let longest = |among: &dyn Fn(Limb) -> bool| {
+        ends.iter().filter(|end| among(end.1)).map(|end| end.0).fold(0.0, f64::max)
+    };
+    let of = |limb: Limb| longest(&|other| other == limb);
+    let (leg, head) = (of(Limb::Leg), of(Limb::Head));
+    let trunk = if head > 0.0 { head } else { of(Limb::Trunk) };
     if leg > 0.0 && trunk > 0.0 {
         // What the foot is too long for, the skull above its joint makes up: within a fifth on bodies of many makers.
         leg + trunk
     } else {
-        HEIGHT_OF_CHAIN * longest(&any, &tips)
+        HEIGHT_OF_CHAIN * longest(&|_| true)
     }
 }
 

@@ -225,25 +225,21 @@ pub(super) fn slid(at: &Chain, leg: &Leg, before: &Chain) -> Vector3<f64> {
 /// mean of the plant.
 fn places(chains: &[[Chain; 2]], legs: &[Leg; 2], stands: &[[bool; 2]]) -> Offsets {
     let mut offsets: Offsets = vec![[None; 2]; chains.len()];
-    for side in [0, 1] {
-        let leg = &legs[side];
-        let mut start = 0;
-        while start < chains.len() {
-            let end = (start..chains.len()).find(|&t| !stands[t][side]).unwrap_or(chains.len());
+    for (side, leg) in legs.iter().enumerate() {
+        for run in runs(stands, side) {
             let mut offset = Vector3::zeros();
-            let mut plant = Vec::with_capacity(end - start);
-            for t in start..end {
-                if t > start {
+            let mut plant = Vec::with_capacity(run.len());
+            for t in run.clone() {
+                if t > run.start {
                     offset -= slid(&chains[t][side], leg, &chains[t - 1][side]);
                 }
                 let [ankle, toe] = over(&chains[t][side], leg);
                 plant.push(Vector3::new(offset.x, -ankle.min(toe), offset.z));
             }
-            let mean = plant.iter().sum::<Vector3<f64>>() / plant.len().max(1) as f64;
-            for (slot, offset) in offsets[start..end].iter_mut().zip(plant) {
+            let mean = plant.iter().sum::<Vector3<f64>>() / plant.len() as f64;
+            for (slot, offset) in offsets[run].iter_mut().zip(plant) {
                 slot[side] = Some(offset - Vector3::new(mean.x, 0.0, mean.z));
             }
-            start = end + 1;
         }
     }
     offsets

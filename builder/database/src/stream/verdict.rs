@@ -122,7 +122,7 @@ impl Verdict {
         let Some(wanted) = only_style(request) else { return };
         let named = |style: u16| {
             let manifest = database.manifest().ok()?;
-            manifest.styles.iter().nth(usize::from(style)).map(str::to_owned)
+            manifest.styles.get(usize::from(style)).map(str::to_owned)
         };
         let Some(name) = named(wanted) else { return };
         let own = request.input_style.and_then(named).or_else(|| self.input_style.clone());
@@ -286,7 +286,7 @@ pub fn before(database: &Database<'_>, input: &Input) -> anyhow::Result<Verdict>
 /// The names of the action and the style with which a request labels its input.
 fn labels(database: &Database<'_>, request: &Request) -> [Option<String>; 2] {
     let Ok(manifest) = database.manifest() else { return [None, None] };
-    let named = |names: Names<'_>, id: Option<u16>| names.iter().nth(usize::from(id?)).map(str::to_owned);
+    let named = |names: Names<'_>, id: Option<u16>| names.get(usize::from(id?)).map(str::to_owned);
     [named(manifest.actions, request.action), named(manifest.styles, request.input_style)]
 }
 
