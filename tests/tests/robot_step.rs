@@ -89,6 +89,27 @@ fn one_call_is_the_chain_of_separate_calls() {
     }
 }
 
+/// The hinges went to the pose that `output` happened to hold.
+#[test]
+fn before_the_first_valid_pose_the_hinges_stay() {
+    let machine = machine("");
+    let mut stylized = stylizer();
+    let mut follower = Follower::new(Drive::<16>::new(machine.tables(), &[]).expect("they fit"));
+    let start = hinges(follower.drive());
+    let mut output = Pose::IDENTITY;
+    let frames = clip(30).frames;
+    for (t, frame) in frames.iter().enumerate() {
+        let mut input: Pose<J> = to_pose(frame);
+        let valid = t >= 10;
+        if !valid {
+            input.position[0] = f32::NAN;
+        }
+        let step = follower.step_robot(&mut stylized, &input, &mut output, |_, _| {});
+        assert_eq!(step.ticks > 0 && step.driven.held, !valid, "frame {t}");
+        assert_eq!(hinges(follower.drive()) == start, !valid, "frame {t}");
+    }
+}
+
 #[test]
 fn a_step_makes_a_bounded_number_of_ticks() {
     let machine = machine("tick_hz = 1000\n");

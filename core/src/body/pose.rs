@@ -40,6 +40,9 @@ impl<const J: usize> Pose<J> {
     /// The root at the origin and no rotation anywhere.
     pub const IDENTITY: Self = Self { position: [0.0; 3], rotations: [IDENTITY; J] };
 
+    /// No pose: its position is not a number.
+    pub const INVALID: Self = Self { position: [f32::NAN; 3], rotations: [IDENTITY; J] };
+
     /// True where the first `joints` rotations are unit quaternions and each coordinate of the position is within 100 km
     /// of the origin.
     pub fn is_valid(&self, joints: usize) -> bool {

@@ -31,7 +31,8 @@ pub struct Header {
     pub version: u8,
     /// Direction of the frame.
     pub direction: Direction,
-    /// How often the request was sent before; a reply repeats that of its request.
+    /// How often the request was sent before. A reply has that of the request that was carried out: of one that was sent
+    /// again, an earlier one.
     pub attempt: u8,
     /// Number of the request, one more than that of the last; a reply repeats that of its request.
     pub sequence: u16,

@@ -297,12 +297,9 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
 
     #[inline(never)]
     fn drive(&mut self, header: Header) -> Result<(), Fault> {
-        let driven = match self.stylizer.last_output() {
-            Some(pose) => self.board.drive(pose),
-            // Before the first pose: an invalid one, so that the hinges stay where they are.
-            None => self.board.drive(&Pose { position: [f32::NAN; 3], ..Pose::IDENTITY }),
-        };
-        let driven = driven.ok_or(Fault::NoRobot)?;
+        // Before the first valid pose the hinges stay where they are.
+        let pose = self.stylizer.last_output().unwrap_or(&Pose::INVALID);
+        let driven = self.board.drive(pose).ok_or(Fault::NoRobot)?;
         let mut buffer = HingeBuffer::new();
         let report = buffer.report(&driven, |hinge| self.board.hinge(hinge));
         self.reply(header, &Reply::Drive(report))
@@ -324,7 +321,8 @@ impl<B: Board<J>, const J: usize, const K: usize, const C: usize, const N: usize
     fn followed(&mut self, bytes: &PoseBytes<'_>) -> Result<(BriefReport, u16, Driven), Fault> {
         let mut output = Pose::<J>::IDENTITY;
         let report = self.stepped(bytes, &mut output);
-        let (ticks, driven) = self.board.follow(&output, report.step_s).ok_or(Fault::NoRobot)?;
+        let pose = self.stylizer.last_output().unwrap_or(&Pose::INVALID);
+        let (ticks, driven) = self.board.follow(pose, report.step_s).ok_or(Fault::NoRobot)?;
         Ok((BriefReport::new(&report), ticks, driven))
     }
 

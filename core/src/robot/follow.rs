@@ -86,7 +86,8 @@ impl<'r, const H: usize> Follower<'r, H> {
 
     /// Gives an input pose its style, and moves the hinges towards the result within their limits: one call a frame.
     ///
-    /// `output` is the stylized pose, as [`Stylizer::step`] gives it. `each` is called after every tick that is due, with
+    /// `output` is the stylized pose, as [`Stylizer::step`] gives it. Before the first valid pose there is none, and the
+    /// hinges keep their targets. `each` is called after every tick that is due, with
     /// the hinges' angles and pulses.
     pub fn step_robot<const J: usize, const K: usize, const C: usize>(
         &mut self,
@@ -96,7 +97,8 @@ impl<'r, const H: usize> Follower<'r, H> {
         each: impl FnMut(&Drive<'r, H>, Driven),
     ) -> RobotStep {
         let report = stylizer.step(input, output);
-        let (ticks, driven) = self.follow(output, report.step_s, each);
+        let pose = stylizer.last_output().unwrap_or(&Pose::INVALID);
+        let (ticks, driven) = self.follow(pose, report.step_s, each);
         RobotStep { report, driven, ticks }
     }
 

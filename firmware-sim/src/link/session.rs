@@ -103,7 +103,7 @@ pub struct Stepped {
 pub struct Driven {
     /// Angles in radians and pulses in microseconds, hinge by hinge.
     pub hinges: Vec<(f32, u16)>,
-    /// The pose was invalid or has not come yet: the robot keeps its previous target.
+    /// No valid pose has come yet: the robot keeps its targets.
     pub held: bool,
     /// Hinges whose target is at an end of their range.
     pub at_limit: u16,
