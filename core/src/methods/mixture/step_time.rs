@@ -123,13 +123,14 @@ fn interpolate(
         *slot = entry.pose_and_change(y, y_prev);
     }
     let weights = weights.get_mut(..neighbors.len()).unwrap_or(&mut []);
-    let (mut sum, mut nearest) = (0, u64::MAX);
+    let (mut sum, mut nearest) = (0u64, u64::MAX);
     for (weight, neighbor) in weights.iter_mut().zip(neighbors) {
         let entries = metric.iter().zip(query.iter().zip(&neighbor.output));
         let output: u64 = entries.map(|(entry, (&query, &output))| entry.distance2(query, output)).sum();
         let distance2 = neighbor.input_distance2 + output;
         *weight = distance2 as f32;
-        sum += distance2;
+        // Each fits, whatever the blob's weights are.
+        sum = sum.saturating_add(distance2);
         nearest = nearest.min(distance2);
     }
     if neighbors.is_empty() {
@@ -183,5 +184,30 @@ impl Entry {
 impl<const K: usize> Default for Steps<K> {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Weights that `open` takes, and neighbors as far away as numbers go: the sum of distances wrapped around.
+    #[test]
+    fn the_farthest_neighbors_have_a_step() {
+        let factor = Factor::new(1.0, UNITS * sqrt(1e9));
+        let entry = Entry { dof: 0, pose: factor, change: factor, parts: 1.0, input: [i32::MIN, i32::MAX] };
+        let (metric, mut neighbors) = (
+            [entry; MAX_TIMING],
+            [NeighborStep { step_s: 0.0, input_distance2: 0, output: [[0; 2]; MAX_TIMING] }; 64],
+        );
+        for neighbor in &mut neighbors {
+            neighbor.set(&metric, &[[i32::MAX, i32::MIN, i32::MAX, i32::MIN]], 0.04);
+        }
+        let mut weights = [0.0; 64];
+        let step = interpolate(&metric, &neighbors, &mut weights, [&[-1e30], &[1e30]], 1.0);
+        assert!(
+            (step - 0.04).abs() < 1e-6 && weights.iter().all(|w| (w - 1.0 / 64.0).abs() < 1e-6),
+            "{step}"
+        );
     }
 }
