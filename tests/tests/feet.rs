@@ -404,6 +404,19 @@ fn the_body_follows_the_floor_smoothly() {
             assert!((over - 0.12).abs() < 0.04, "side {side}: {over}");
         }
     }
+    // A stream begins on the floor that was set, whether another one came before or not.
+    let (mut new, mut reset) =
+        (Standard::new(database, Config::new()).unwrap(), Standard::new(database, Config::new()).unwrap());
+    let mut outputs = [Pose::IDENTITY; 2];
+    let _ = reset.step(&to_pose(&clip.frames[0]), &mut outputs[1]);
+    for stylizer in [&mut new, &mut reset] {
+        stylizer.set_floor([0.2; 2]).unwrap();
+    }
+    reset.reset();
+    for frame in &clip.frames[..60] {
+        let _ = (new.step(&to_pose(frame), &mut outputs[0]), reset.step(&to_pose(frame), &mut outputs[1]));
+        assert_eq!(outputs[0], outputs[1]);
+    }
     let mut stylizer = Standard::new(database, Config::new()).unwrap();
     assert!(stylizer.set_floor([f32::NAN, 0.0]).is_err() && stylizer.set_floor([0.0, 11.0]).is_err());
 }

@@ -145,9 +145,9 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
         Ok(())
     }
 
-    /// True where the search compares the group.
+    /// True where the search compares the group; false for a group that the database lacks.
     pub fn searches(&self, group: usize) -> bool {
-        group < MAX_GROUPS && self.settings.mask >> group & 1 == 1
+        group < self.database.counts().groups.min(MAX_GROUPS) && self.settings.mask >> group & 1 == 1
     }
 
     /// Sets the strength of the style in a joint group: 0 is the input, 1 the style, and up to 2 exaggerates it. In a
@@ -182,7 +182,7 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
     }
 
     /// Sets the heights of the floor under the left and the right foot, metres over the floor of the database. They may
-    /// change with every pose; the body follows.
+    /// change with every pose; the body follows. A stream begins on them.
     ///
     /// # Errors
     /// [`ConfigError::OutOfRange`] for heights beyond 10 m or not finite; the current heights stay.
@@ -191,6 +191,9 @@ impl<const J: usize, const K: usize, const C: usize> Stylizer<'_, J, K, C> {
             return Err(ConfigError::OutOfRange);
         }
         self.lock.set_floor(heights);
+        if self.last.is_none() {
+            self.lock.reset();
+        }
         Ok(())
     }
 
