@@ -305,6 +305,31 @@ fn a_stylizer_restored_is_a_new_one() {
     }
 }
 
+/// Beyond 8 km all joints of the search's window were in one place.
+#[test]
+fn far_from_the_origin_the_output_is_the_same() {
+    let db = Database::open(motion::small()).unwrap();
+    // Places that both streams can hold: f32 has steps of 8 mm at 90 km.
+    let stepped = |v: f32| (v * 128.0).round() / 128.0;
+    // A leg that is almost straight bends by a degree for such a step.
+    let config = Config::new().contacts(false);
+    for ground in [[8300.0, 0.0], [-20_000.0, 16_900.0], [90_000.0, -90_000.0]] {
+        let (mut near, mut away) = (styled(db, config), styled(db, config));
+        let (mut a, mut b) = (Pose::IDENTITY, Pose::IDENTITY);
+        for (t, mut input) in walk(0, 0, 120).into_iter().enumerate() {
+            (input.position[0], input.position[2]) = (stepped(input.position[0]), stepped(input.position[2]));
+            let mut shifted = input;
+            shifted.position[0] += ground[0];
+            shifted.position[2] += ground[1];
+            let reports = (near.step(&input, &mut a), away.step(&shifted, &mut b));
+            assert_eq!(reports.0.degraded, reports.1.degraded, "frame {t}");
+            let turns = a.rotations.iter().zip(&b.rotations).map(|(a, b)| quaternion::angle(*a, *b));
+            let off = turns.fold(0.0, f32::max);
+            assert!(off < 0.01, "frame {t} at {ground:?}: {off} rad");
+        }
+    }
+}
+
 #[test]
 fn a_glitch_that_comes_again_is_no_news() {
     let db = Database::open(motion::small()).unwrap();

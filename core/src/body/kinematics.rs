@@ -10,7 +10,8 @@ use crate::{
 pub type Point = [i32; 3];
 
 /// World positions of the joints, shape `[joints]` (the first of `positions`; the rest is left alone), in parts of which
-/// `parts` make a metre. What does not fit 32 bits is held at their end. Cost: one quaternion product and one rotated
+/// `parts` make a metre. Heights that do not fit 32 bits are held at their end; places on the ground, of which only
+/// differences matter, wrap around. Cost: one quaternion product and one rotated
 /// vector a joint.
 pub fn positions<const J: usize>(
     database: &Database<'_>,
@@ -35,12 +36,15 @@ fn place(
     for (j, &own) in rotations.iter().enumerate().take(database.counts().joints) {
         let joint = database.joint(j);
         let (rotation, position) = match joint.parent {
-            None => (own, whole(root)),
+            None => {
+                let [x, z] = [root[0], root[2]].map(|v| (v * parts) as i64 as i32);
+                (own, [x, (root[1] * parts) as i32, z])
+            }
             // Parents come before their children: `open` has checked it.
             Some(parent) => {
                 let (Some(&turn), Some(&from)) = (world.get(parent), positions.get(parent)) else { continue };
                 let [x, y, z] = whole(quaternion::rotate(turn, joint.offset));
-                let place = [from[0].saturating_add(x), from[1].saturating_add(y), from[2].saturating_add(z)];
+                let place = [from[0].wrapping_add(x), from[1].saturating_add(y), from[2].wrapping_add(z)];
                 (quaternion::multiply(turn, own), place)
             }
         };

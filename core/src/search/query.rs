@@ -32,7 +32,8 @@ pub type Feature = [f32; MAX_FEATURES];
 /// Numbers a joint in the scratch memory of the alignment.
 pub const ALIGNED: usize = 3 * MAX_WINDOW;
 
-/// Fractional bits of a joint's position, in units of length. At a sixteenth of a millimetre the range is 8 km.
+/// Fractional bits of a joint's position, in units of length. At a sixteenth of a millimetre heights have a range of 8 km, and
+/// places on the ground wrap around after 16.
 const FRACTION: u32 = 4;
 
 /// Greatest size of an aligned coordinate, units of length. Larger ones are clamped.
@@ -149,7 +150,7 @@ impl<'a> Clouds<'a> {
         let [root_x, _, root_z] = self.cloud(self.newest).first().copied().unwrap_or_default();
         // Relative to the root's current position.
         let relative = |p: &Point| {
-            [p[0].saturating_sub(root_x), p[2].saturating_sub(root_z)]
+            [p[0].wrapping_sub(root_x), p[2].wrapping_sub(root_z)]
                 .map(|v| v.clamp(-MAX_COORDINATE << FRACTION, MAX_COORDINATE << FRACTION))
         };
         let units = |parts: i32| parts.saturating_add(1 << (FRACTION - 1)) >> FRACTION;
