@@ -2,7 +2,7 @@
 
 use crate::round::{SIGN, normal, round};
 
-/// `value · 2^bits`, without what is behind the point and held within 32 bits; 0 of NaN. `bits` is in -126..127.
+/// `value · 2^bits`, without what is behind the point and held within 32 bits; 0 of NaN. `bits` is in -126..126.
 #[inline]
 pub fn to_fixed(value: f32, bits: i32) -> i32 {
     let number = value.to_bits();

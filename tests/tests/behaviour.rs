@@ -1,11 +1,16 @@
 //! The stylizer's behaviour as its caller sees it: errors, held poses, resets, and stability.
 
 use gestus_core::{
-    Config, ConfigError, Database, Degraded, Digest, Observer, Pose, Stylizer, config::parameters::NAMES,
+    Config, ConfigError, Database, Degraded, Digest, Observer, Pose, Stylizer,
+    blob::layout::{class, header, section},
+    config::parameters::NAMES,
     search::query::Feature,
 };
 use gestus_database::stream::{from_pose, to_pose};
-use gestus_tests::motion;
+use gestus_tests::{
+    motion,
+    patch::{patched, put, with_section},
+};
 
 /// The capacities for which the documented figures hold: 22 joints, 40 neighbors, 28 classes.
 type Standard<'db> = Stylizer<'db, 22, 40, 28>;
@@ -145,6 +150,38 @@ fn what_is_refused_changes_nothing() {
         assert_eq!(stylizer.set_strength(0, strength), Err(ConfigError::OutOfRange), "{strength}");
     }
     assert_eq!(settings(&stylizer), before);
+}
+
+/// A database whose last class has an action of its own, and the class's action before and its style.
+fn with_a_lone_class() -> (Vec<u8>, u16, u16) {
+    let database = Database::open(motion::small()).unwrap();
+    let actions = database.manifest().unwrap().actions.0.to_owned();
+    let at = database.counts().classes - 1;
+    let [action, style] = database.labels(at);
+    let own = database.counts().actions as u16;
+    let more = with_section(motion::small(), section::MANIFEST, |bytes| {
+        let place = bytes.windows(actions.len()).position(|w| w == actions.as_bytes()).unwrap();
+        bytes.splice(place - 1..place, [actions.len() as u8 + 5]);
+        bytes.splice(place + actions.len()..place + actions.len(), *b"\nlone");
+    });
+    let more = put(&more, header::ACTIONS.start, &(own + 1).to_le_bytes());
+    let place = at * class::LENGTH + class::ACTION.start;
+    (patched(&more, section::CLASSES, place, &own.to_le_bytes()), action, style)
+}
+
+#[test]
+fn labels_that_no_class_has_together_are_refused_and_stay() {
+    let (blob, before, style) = with_a_lone_class();
+    let mut stylizer = stylizer(&blob);
+    let own = stylizer.database().counts().actions as u16 - 1;
+    stylizer.set_labels(Some(own), Some(style)).unwrap();
+    assert_ne!(style, 0);
+    assert_eq!(stylizer.set_input_style(Some(0)), Err(ConfigError::NoClass));
+    assert_eq!(stylizer.set_labels(Some(before), Some(style)), Err(ConfigError::NoClass));
+    assert_eq!(stylizer.labels(), (Some(own), Some(style)));
+    assert!(stylizer.searches(0) && !stylizer.searches(7));
+    // Not the bytes, which a failed `unwrap` would print.
+    assert!(format!("{:?}", stylizer.database()).len() < 1000);
 }
 
 #[test]

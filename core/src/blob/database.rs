@@ -42,7 +42,7 @@ pub struct Counts {
 }
 
 /// A checked blob. Cheap to copy; several stylizers may share one.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub struct Database<'db> {
     pub(super) counts: Counts,
     pub(super) identity: u32,
@@ -50,6 +50,18 @@ pub struct Database<'db> {
     pub(super) block_shift: u32,
     pub(super) required: Required<&'db [u8]>,
     pub(super) optional: Optional<Option<&'db [u8]>>,
+}
+
+/// The counts, not the bytes.
+impl core::fmt::Debug for Database<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self { counts, identity, rate_hz, .. } = self;
+        f.debug_struct("Database")
+            .field("counts", counts)
+            .field("identity", identity)
+            .field("rate_hz", rate_hz)
+            .finish_non_exhaustive()
+    }
 }
 
 /// The counts, not the bytes.

@@ -8,7 +8,7 @@
 //! |---|---|---|
 //! | [`sin_cos`] | minimax polynomial after Cody-Waite reduction (feature `micromath`: its approximation) | 2 ulp on ±π (1.1e-3 absolute) |
 //! | [`atan2`], [`exp`], [`ln`], [`sqrt`] | `libm` | 1 ulp |
-//! | [`acos`] | `atan2` | 2e-7 |
+//! | [`acos`] | `atan2` | 3e-7 |
 //! | [`pow`] | [`exp`] and [`ln`] | 6e-6 relative down to 1e-30 |
 //! | [`erf`] | Abramowitz and Stegun, 7.1.26 | 5e-7 absolute |
 

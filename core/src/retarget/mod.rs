@@ -37,8 +37,7 @@ use crate::{
 use layout::{header, joint, limb as limb_bytes, record};
 
 /// A checked map between an incoming skeleton of N joints and a database's of J. Cheap to copy.
-#[derive(Debug, Clone, Copy)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[derive(Clone, Copy)]
 pub struct Map<'m> {
     bytes: &'m [u8],
     source: Side<'m>,
@@ -46,6 +45,25 @@ pub struct Map<'m> {
     limbs: &'m [u8],
     scale: f32,
     world: Quaternion,
+}
+
+/// What it maps, not the bytes.
+impl core::fmt::Debug for Map<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Map")
+            .field("sources", &self.sources())
+            .field("targets", &self.targets())
+            .field("scale", &self.scale)
+            .finish_non_exhaustive()
+    }
+}
+
+/// What it maps, not the bytes.
+#[cfg(feature = "defmt")]
+impl defmt::Format for Map<'_> {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "Map of {} joints to {}", self.sources(), self.targets());
+    }
 }
 
 /// One of the two skeletons.

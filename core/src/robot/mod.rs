@@ -39,8 +39,7 @@ use limits::Limits;
 use servo::Servo;
 
 /// A checked robot. Cheap to copy.
-#[derive(Debug, Clone, Copy)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[derive(Clone, Copy)]
 pub struct Robot<'r> {
     bytes: &'r [u8],
     joints: &'r [u8],
@@ -93,6 +92,24 @@ pub struct Limb {
     pub scale: f32,
     /// Its end, in the frame behind the last hinge, metres.
     pub tip: Vector,
+}
+
+/// What it is, not the bytes.
+impl core::fmt::Debug for Robot<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Robot")
+            .field("identity", &self.identity())
+            .field("hinges", &self.hinges())
+            .finish_non_exhaustive()
+    }
+}
+
+/// What it is, not the bytes.
+#[cfg(feature = "defmt")]
+impl defmt::Format for Robot<'_> {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(f, "Robot {} of {} hinges", self.identity(), self.hinges());
+    }
 }
 
 impl<'r> Robot<'r> {
