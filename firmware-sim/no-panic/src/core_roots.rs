@@ -8,14 +8,16 @@ use gestus_core::{Config, Database, Digest, Effort, Pose, Report, Stylizer, blob
 pub fn reach(blob: &[u8], numbers: &[u32; 32], floats: &[f32; 256]) -> u32 {
     let mark = Mark::from_bits(u64::from(numbers[28]) << 32 | u64::from(numbers[29]));
     let Ok(database) = Database::open_marked(blob, mark) else { return 1 };
-    let mut sum = database.mark().to_bits() as u32 ^ profile::<22, 40, 28>(database, numbers, floats);
+    let opened = u32::from(Database::open(blob).is_ok());
+    let mut sum =
+        opened ^ database.mark().to_bits() as u32 ^ profile::<22, 40, 28>(database, numbers, floats);
     sum ^= profile::<12, 12, 6>(database, numbers, floats);
     sum ^= profile::<64, 64, 256>(database, numbers, floats);
     if let Ok(manifest) = database.manifest() {
         sum ^= u32::from(manifest.styles.find(manifest.unit).unwrap_or(0));
         sum ^= manifest.joints.get(numbers[30] as usize).map_or(0, str::len) as u32;
     }
-    sum ^ reads(&database, numbers[31] as usize)
+    sum ^ reads(&database, numbers[31] as usize) ^ sections(&database, numbers[31] as usize, floats)
 }
 
 #[inline(never)]
@@ -136,4 +138,58 @@ fn reads(database: &Database<'_>, index: usize) -> u32 {
     let floats =
         [database.step(index), database.scale(index), database.feature_scale(index), database.rate_hz()];
     floats.iter().fold(sum as u32, |sum, f| sum ^ f.to_bits())
+}
+
+/// What the sections hold, and whether they are there, with indices out of range.
+#[inline(never)]
+fn sections(database: &Database<'_>, index: usize, floats: &[f32; 256]) -> u32 {
+    let id = index as u16;
+    let mut sum =
+        database.counts().joints ^ database.outputs() ^ database.tables() ^ database.linear_models();
+    sum ^= database.optional(id).map_or(0, <[u8]>::len) ^ database.feature_groups().len();
+    sum ^=
+        database.query_section().len() ^ database.joint_group(index) ^ usize::from(database.is_gait(index));
+    sum ^= database.groups().fold(0, |sum, group| sum ^ group);
+    sum ^= database.features_by_group().iter().fold(0, |sum, count| sum ^ count);
+    sum ^= usize::from(database.linear_from().unwrap_or(id) ^ database.statistic_from().unwrap_or(id));
+    sum ^= usize::from(database.has_graph() ^ database.has_phase() ^ database.has_dof_ranges());
+    sum ^= usize::from(database.labels(index)[0]) ^ database.classes().fold(0, |sum, class| sum ^ class.rows);
+    sum ^= database.table_of(id, Some(id)).map_or(0, |table| table.bytes());
+    sum ^= database.legs().map_or(0, |[left, right]| left.ankle ^ right.toe.unwrap_or(0));
+    let mut bits =
+        database.identity() ^ database.skeleton_fingerprint() ^ database.feature_norm2(index).unwrap_or(0);
+    let mut add = |values: &[f32]| bits = values.iter().fold(bits, |bits, value| bits ^ value.to_bits());
+    add(&[
+        database.fall(index),
+        database.length_unit(),
+        database.component_step(index),
+        database.phase_step(),
+    ]);
+    add(&database.slope_steps());
+    add(&database.hips_line());
+    database.means().for_each(|mean| add(&mean));
+    database.dof_ranges().for_each(|range| add(&range));
+    database.phase_dofs().for_each(|dof| add(&[dof.centre, dof.step, dof.inverse]));
+    if let Some(limits) = database.trust_limits(index) {
+        add(&[limits.far, limits.turning]);
+        add(&limits.speeds);
+    }
+    let mut sums = [0.0; 40];
+    database.whitening().add_products(&mut sums, floats);
+    add(&sums);
+    for tables in [database.phase_tables(index), database.all_phase_tables()(index)] {
+        add(&[tables.gain, tables.far]);
+        add(&tables.contact(index));
+        sum ^= tables.knots().fold(0, |sum, (knot, _)| sum ^ knot.len()) ^ tables.knot(index).0.len();
+        sum ^= tables.row(index, index, index).len() ^ tables.spread().len();
+    }
+    if let Some(dial) = database.dial() {
+        let effort = Effort { flow: floats[20], weight: floats[21], time: floats[22] };
+        add(&dial.rest().factors());
+        add(&dial.of_style(index).factors());
+        add(&dial.range().map(|(low, _)| low));
+        sum ^= dial.nodes()[0] ^ usize::from(dial.reached(floats, effort).is_clamped());
+        add(&dial.weights(effort).0);
+    }
+    bits ^ sum as u32
 }
