@@ -200,7 +200,7 @@ fn the_base_turns_without_a_leap_of_its_quaternion() {
         let turn = &point["transforms"][0]["rotation"];
         ["w", "x", "y", "z"].map(|k| turn[k].as_f64().unwrap())
     });
-    for rows in [of_csv.collect::<Vec<_>>(), of_points.collect()] {
+    for rows in [of_csv.collect::<Vec<_>>(), of_points.take(qpos.len()).collect()] {
         assert!(rows.len() == qpos.len() && rows.iter().zip(&qpos).all(|(a, b)| dot(a, b) > 0.999));
     }
 }
@@ -222,7 +222,7 @@ fn a_round_of_a_loop_ends_where_it_begins() {
         .collect();
     let open = play(&machine, &round);
     let played = play_round(&machine, &round, &[[true, false], [false, true]]);
-    assert_eq!(played.ticks.len(), 68 + 1);
+    assert_eq!((played.ticks.len(), played.stop.len()), (68 + 1, 0));
     assert!(open.gap_deg() > 10.0 && played.gap_deg() < 0.1, "{} {}", open.gap_deg(), played.gap_deg());
     assert_eq!(played.figures(&machine)["limit_violations"], 0);
     let feet: Vec<_> = [0, 1, 68].iter().map(|&tick: &usize| played.ticks[tick].contacts.unwrap()).collect();
@@ -249,6 +249,9 @@ fn the_toy_stands_on_the_floor() {
     );
     let told = toy("ankle_m = 0.05\n");
     assert_eq!(told.stand.ankle_m, 0.05);
+    assert!(told.stand.doubts.is_empty(), "{:?}", told.stand.doubts);
+    let [doubt] = &toy("ankle_m = 0.5\n").stand.doubts[..] else { panic!("one doubt") };
+    assert!(doubt.contains("ankles 50 cm above the ground"), "{doubt}");
     let error = RobotMap::parse("ankle_m = -1.0", "m.toml").unwrap_err();
     assert!(matches!(&error, RobotMapError::Value { key, found: -1.0, .. } if key == "ankle_m"), "{error}");
 }
@@ -427,19 +430,36 @@ fn tables_and_trajectories_have_their_shapes() {
     assert_eq!(last["positions"].as_array().unwrap().len(), 16);
     let ns = last["time_from_start"]["sec"].as_u64().unwrap() * 1_000_000_000
         + last["time_from_start"]["nanosec"].as_u64().unwrap();
-    assert_eq!(ns, played.ticks.len() as u64 * 20_000_000);
+    let count = played.ticks.len() + played.stop.len();
+    assert_eq!(ns, count as u64 * 20_000_000);
+    // The walk is cut in mid-stride: the robot comes to rest where the walk ends, as controllers demand.
+    assert!((2..100).contains(&played.stop.len()), "{}", played.stop.len());
+    let fastest = |point: &serde_json::Value| {
+        let velocities = point["velocities"].as_array().unwrap();
+        velocities.iter().map(|v| v.as_f64().unwrap().abs()).fold(0.0, f64::max)
+    };
+    let points = trajectory["points"].as_array().unwrap();
+    assert!(fastest(&points[played.ticks.len() - 1]) > 0.1 && fastest(last) == 0.0);
+    let positions = |point: &serde_json::Value| point["positions"].as_array().unwrap().clone();
+    for ((position, target), before) in
+        positions(last).iter().zip(&played.ticks.last().unwrap().targets).zip(positions(&points[count - 2]))
+    {
+        let position = position.as_f64().unwrap();
+        assert!((position - f64::from(*target)).abs() < 1e-3, "{position} {target}");
+        assert!((position - before.as_f64().unwrap()).abs() < 1e-4);
+    }
     let base = &trajectory["base"];
     assert_eq!(base["joint_names"][0], "torso");
     let places = base["points"].as_array().unwrap();
     assert_eq!(
         (places.len(), &places[3]["time_from_start"]),
-        (played.ticks.len(), &trajectory["points"][3]["time_from_start"])
+        (count, &trajectory["points"][3]["time_from_start"])
     );
     let place = &places[3]["transforms"][0];
     let at = played.ticks[3].base.translation.vector;
     assert_eq!(place["translation"]["z"].as_f64(), Some(at.z));
     assert!(place["rotation"]["w"].as_f64().unwrap() > 0.5, "{place}");
-    assert_eq!(trajectory["contacts"]["points"].as_array().unwrap().len(), played.ticks.len());
+    assert_eq!(trajectory["contacts"]["points"].as_array().unwrap().len(), count);
     let standing = play_standing(&machine, &clip.resampled(50.0), &[[true, false], [false, true]]);
     let lines: Vec<String> = standing.csv().lines().map(String::from).collect();
     assert!(

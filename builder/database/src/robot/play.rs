@@ -18,6 +18,10 @@ use gestus_motion::{
 const ARRIVAL_S: f64 = 1.0;
 /// Seconds from the start in which the error of tracking does not count: the way from where the robot stood.
 const SETTLED_S: f64 = 0.5;
+/// Most seconds that a robot takes to come to rest in the last pose.
+const STOP_S: f64 = 5.0;
+/// Velocity, rad/s, and acceleration, rad/s², of hinges at rest.
+const AT_REST: f32 = 1e-3;
 /// Error of tracking that is told, degrees (rms).
 const BEHIND_DEG: f64 = 5.0;
 /// Mean distance of hands and feet from their places that is told, centimetres.
@@ -41,6 +45,13 @@ pub struct Tick {
     pub contacts: Option<[bool; 2]>,
 }
 
+impl Tick {
+    /// Whether all hinges rest.
+    pub(super) fn rests(&self) -> bool {
+        self.motions.iter().all(|m| m.velocity.abs().max(m.acceleration.abs()) <= AT_REST)
+    }
+}
+
 /// The result of driving a clip.
 #[derive(Debug, Clone)]
 pub struct Played {
@@ -52,6 +63,8 @@ pub struct Played {
     pub tick_hz: f64,
     /// The ticks; the first is one tick after the start.
     pub ticks: Vec<Tick>,
+    /// The ticks after them in which the robot comes to rest in the last pose; none where it rests, and in a loop.
+    pub stop: Vec<Tick>,
 }
 
 /// Drives a clip. The robot stands at zero (or the nearest to it in range) before the first tick.
@@ -66,6 +79,9 @@ pub fn play_standing(machine: &Machine, clip: &Clip, contacts: &[[bool; 2]]) -> 
     let mut played = play_frames(machine, &clip.frames);
     for (tick, &feet) in played.ticks.iter_mut().zip(contacts) {
         tick.contacts = Some(feet);
+    }
+    for tick in &mut played.stop {
+        tick.contacts = contacts.last().copied();
     }
     played
 }
@@ -82,7 +98,8 @@ pub fn play_round(machine: &Machine, round: &Clip, contacts: &[[bool; 2]]) -> Pl
     frames.push(pose(count));
     let mut played = play_frames(machine, &frames);
     played.ticks.drain(..before);
-    one_sign(&mut played.ticks);
+    played.stop.clear();
+    one_sign(played.ticks.iter_mut());
     let first = contacts.first();
     for (i, tick) in played.ticks.iter_mut().enumerate() {
         tick.contacts = contacts.get(i).or(first).copied();
@@ -91,7 +108,7 @@ pub fn play_round(machine: &Machine, round: &Clip, contacts: &[[bool; 2]]) -> Pl
 }
 
 /// Gives the bases' quaternions the signs that [`Tick::base`] names.
-fn one_sign(ticks: &mut [Tick]) {
+fn one_sign<'a>(ticks: impl Iterator<Item = &'a mut Tick>) {
     let mut before = UnitQuaternion::identity();
     for tick in ticks {
         let turn = &mut tick.base.rotation;
@@ -109,7 +126,7 @@ pub fn play_frames(machine: &Machine, frames: &[Frame]) -> Played {
     let undriven = &machine.assignment.undriven;
     let followers: Vec<_> =
         undriven.iter().filter_map(|&h| Some((h, leader(&machine.robot, h, undriven)?))).collect();
-    let ticks = frames.iter().map(|frame| {
+    let mut tick = |frame: &Frame| {
         let driven = drive.step(&stream::to_pose::<MAX_JOINTS>(frame));
         let (mut motions, mut targets) = (drive.motions().to_vec(), drive.targets().to_vec());
         for (follower, (leader, mimic)) in &followers {
@@ -130,11 +147,19 @@ pub fn play_frames(machine: &Machine, frames: &[Frame]) -> Played {
             base: machine.stand.base(frame),
             contacts: None,
         }
-    });
-    let mut ticks: Vec<Tick> = ticks.collect();
-    one_sign(&mut ticks);
+    };
+    let mut ticks: Vec<Tick> = frames.iter().map(&mut tick).collect();
+    let mut stop: Vec<Tick> = Vec::new();
+    if let Some(pose) = frames.last() {
+        let most = (STOP_S * machine.tick_hz).ceil() as usize;
+        while stop.len() < most && stop.last().or(ticks.last()).is_some_and(|last| !last.rests()) {
+            stop.push(tick(pose));
+        }
+    }
+    one_sign(ticks.iter_mut().chain(&mut stop));
     Played {
         ticks,
+        stop,
         names: machine.robot.hinges.iter().map(|h| h.name.clone()).collect(),
         base: machine.robot.base.clone(),
         tick_hz: machine.tick_hz,

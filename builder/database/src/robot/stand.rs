@@ -70,8 +70,9 @@ impl Stand {
         let middle = begins.sum::<Vector3<f64>>() / legs.len().max(1) as f64;
         let base = body.anatomy.frame(0).unwrap_or_else(UnitQuaternion::identity) * axes.inverse();
         let guess = scale * body.anatomy.ankle_m.max(0.0);
+        let leg_m = scale * body.anatomy.leg_m;
         let found = sole(robot, assignment, links, &(axes * -Vector3::y()))
-            .filter(|sole_m| (0.0..=MAX_SOLE_RATIO * scale * body.anatomy.leg_m).contains(sole_m));
+            .filter(|sole_m| (0.0..=MAX_SOLE_RATIO * leg_m).contains(sole_m));
         let ankle_m = map.ankle_m.or(found).unwrap_or(guess);
         let assumed = (map.ankle_m.is_none() && found.is_none() && !legs.is_empty()).then(|| {
             format!(
@@ -81,7 +82,19 @@ impl Stand {
             )
         });
         let hips = [body.anatomy.hips, middle];
-        let doubts = assumed.into_iter().chain(not_below(&legs, links, &(axes * -Vector3::y()))).collect();
+        let too_high = map.ankle_m.filter(|&m| !legs.is_empty() && m > MAX_SOLE_RATIO * leg_m).map(|m| {
+            format!(
+                "`ankle_m` in the robot map has the ankles {:.0} cm above the ground, and the legs are {:.0} cm long from \
+                 hip to ankle: it is in metres",
+                100.0 * m,
+                100.0 * leg_m
+            )
+        });
+        let doubts = assumed
+            .into_iter()
+            .chain(too_high)
+            .chain(not_below(&legs, links, &(axes * -Vector3::y())))
+            .collect();
         Self { ankle_m, scale, hips, body_ankle_m: body.anatomy.ankle_m, base, doubts }
     }
 

@@ -120,22 +120,30 @@ impl Played {
 
     /// In the shape of ROS's `trajectory_msgs/JointTrajectory`. Beside it, `base` is the base in the shape of
     /// `trajectory_msgs/MultiDOFJointTrajectory`, and `contacts` tells which feet stand, one pair a point.
+    ///
+    /// Controllers refuse a trajectory that ends in motion, so the points go on until the hinges rest ([`Played::stop`]),
+    /// and the last one has no velocity. A loop ends as it begins.
     pub fn trajectory(&self) -> Value {
         let since = |tick: usize| {
             let nanoseconds = (self.time_s(tick) * 1e9).round() as u64;
             json!({ "sec": nanoseconds / 1_000_000_000, "nanosec": nanoseconds % 1_000_000_000 })
         };
-        let points = self.ticks.iter().enumerate().map(|(i, tick)| {
+        let ticks = || self.ticks.iter().chain(&self.stop).enumerate();
+        let end = self.ticks.len() + self.stop.len();
+        let points = ticks().map(|(i, tick)| {
             let of = |value: fn(&Motion) -> f32| tick.motions.iter().map(value).collect::<Vec<f32>>();
+            let rests = i + 1 == end && tick.rests();
+            let rate =
+                |value: fn(&Motion) -> f32| if rests { vec![0.0; tick.motions.len()] } else { of(value) };
             json!({
                 "positions": of(|m| m.position),
-                "velocities": of(|m| m.velocity),
-                "accelerations": of(|m| m.acceleration),
+                "velocities": rate(|m| m.velocity),
+                "accelerations": rate(|m| m.acceleration),
                 "effort": [],
                 "time_from_start": since(i),
             })
         });
-        let places = self.ticks.iter().enumerate().map(|(i, tick)| {
+        let places = ticks().map(|(i, tick)| {
             let [x, y, z, qw, qx, qy, qz] = base(tick);
             json!({
                 "transforms": [{
@@ -159,7 +167,7 @@ impl Played {
             },
             "contacts": {
                 "names": ["left_foot", "right_foot"],
-                "points": self.ticks.iter().map(|tick| tick.contacts).collect::<Vec<_>>(),
+                "points": ticks().map(|(_, tick)| tick.contacts).collect::<Vec<_>>(),
             },
         })
     }
