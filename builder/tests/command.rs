@@ -381,6 +381,7 @@ fn nothing_is_left_out_under_strict() {
         fs::write(data.join(name), Bvh::from_clip(common::walk(), Unit::Centimetres).unwrap().to_text())
             .unwrap();
     }
+    fs::write(data.join("walk_weird_2.bvh"), "HIERARCHY").unwrap();
     let db = folder.join("out.gestus");
     let _ = fs::remove_file(&db);
     let [data, db] = [&data, &db].map(|p| p.to_str().unwrap());
@@ -388,13 +389,15 @@ fn nothing_is_left_out_under_strict() {
     let (ok, stderr) = gestus(&build);
     assert!(!ok && !Path::new(db).exists(), "{stderr}");
     for wanted in [
-        "files or clips that can't be used: 2 (--strict",
+        "files or clips that can't be used: 3 (--strict",
+        "walk_weird_2.bvh:1:",
         "of action run, which lacks proud (run_neutral_1, run_weird_1)",
         "    styles = [\"neutral\", \"weird\"]",
     ] {
         assert!(stderr.contains(wanted), "{wanted}: {stderr}");
     }
     // With the lines it builds, of all that is selected.
+    fs::remove_file(Path::new(data).join("walk_weird_2.bvh")).unwrap();
     fs::write(Path::new(data).join("gestus.toml"), "styles = [\"neutral\", \"weird\"]").unwrap();
     let (ok, stderr) = gestus(&build);
     assert!(ok && Path::new(db).exists(), "{stderr}");

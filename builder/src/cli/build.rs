@@ -5,7 +5,7 @@ use std::{
     time::Instant,
 };
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use gestus_core::blob::layout::{ALIGNMENT, MAX_FEATURES, entry, section};
 use gestus_database::{
     blob::assemble::with_section,
@@ -17,7 +17,7 @@ use gestus_database::{
     data_folder::{
         balance::balanced,
         config::{Config, FILE_NAME},
-        left_out::{Group, Refused},
+        left_out::Group,
         rig::Rig,
     },
     effort::{
@@ -117,10 +117,6 @@ pub fn run(args: &Args) -> Result<()> {
     let (config, wanted) = args.configure()?;
     let loaded = load_with_notes(&config)?;
     let (corpus, incomplete) = balanced(&loaded.corpus, !config.styles.is_empty());
-    if config.strict {
-        let folder = config.data.as_deref().unwrap_or(Path::new(".")).display().to_string();
-        Refused::unless_empty(Vec::new(), incomplete.clone()).context(folder)?;
-    }
     let left_out: Vec<Group> = Group::all(&loaded.left_out).into_iter().chain(incomplete).collect();
     let count: usize = left_out.iter().map(|group| group.clips.len()).sum();
     if count > 0 {

@@ -15,6 +15,7 @@ use bind::{Bound, below, bind_all, disambiguate_names};
 
 use crate::{
     data_folder::{
+        balance::balanced,
         config::{AnnotateError, Annotation, Config, FILE_NAME},
         floors,
         left_out::{Group, LeftOut, Reason, Refused},
@@ -141,14 +142,14 @@ pub fn load(config: &Config) -> Result<Loaded, LoadError> {
         Performance { clip, kind, action, style, take, licence: config.licence.clone() }
     };
     let performances: Vec<Performance> = clips.into_iter().map(performance).collect();
-    refuse_if_strict(config, &place, &left_out)?;
     if performances.is_empty() {
+        refuse_if_strict(config, &place, &left_out, None)?;
         return Err(LoadError::Empty { folder: place, detail: selection(config, &left_out) });
     }
     let (mut corpus, without) = register(performances).map_err(|e| LoadError::Landmark(place.clone(), e))?;
     let have = |p: &Performance| corpus.actions.contains(&p.action);
     left_out.extend(without.iter().map(|p| without_cycle(&p.clip, &p.action, p.kind, have(p))));
-    refuse_if_strict(config, &place, &left_out)?;
+    refuse_if_strict(config, &place, &left_out, Some(&corpus))?;
     if corpus.examples.is_empty() {
         return Err(LoadError::Empty { folder: place, detail: selection(config, &left_out) });
     }
@@ -179,11 +180,20 @@ fn guessed_units(clips: &[Bound]) -> Option<String> {
     })
 }
 
-/// Under `strict`, refuses a folder of which something was left out.
-fn refuse_if_strict(config: &Config, place: &str, left_out: &[LeftOut]) -> Result<(), LoadError> {
-    let left_out = if config.strict { left_out } else { &[] };
+/// Under `strict`, refuses a folder of which something was left out, or whose `corpus` has incomplete actions or styles.
+fn refuse_if_strict(
+    config: &Config,
+    place: &str,
+    left_out: &[LeftOut],
+    corpus: Option<&Corpus>,
+) -> Result<(), LoadError> {
+    if !config.strict {
+        return Ok(());
+    }
     let messages = left_out.iter().map(|one| one.said.clone()).collect();
-    let refused = Refused::unless_empty(messages, Group::all(left_out));
+    let incomplete = corpus.map(|corpus| balanced(corpus, !config.styles.is_empty()).1);
+    let groups = Group::all(left_out).into_iter().chain(incomplete.into_iter().flatten()).collect();
+    let refused = Refused::unless_empty(messages, groups);
     refused.map_err(|e| LoadError::Strict(place.to_owned(), e))
 }
 
