@@ -267,33 +267,40 @@ pub(crate) fn check_clip(clip: &Clip) -> Result<(), ConvertError> {
 fn find_hips(all: &[Joint]) -> usize {
     let mut joint = 0;
     loop {
-        let below: Vec<usize> = children(all, joint).collect();
-        let child = match below[..] {
-            [] => return joint,
-            [only] => only,
-            // Beside the body there may be weapons, or the controls of inverse kinematics that Unreal and Blender export. A
-            // pelvis beside the arms is not the whole body.
-            [..] => match below.iter().find(|&&child| has_both_legs(all, child)) {
-                Some(&body) if !below.iter().any(|&child| child != body && has_both_arms(all, child)) => body,
-                Some(_) => return joint,
-                None => match moved_body(all, joint, &below) {
-                    Some(body) => body,
-                    None => return joint,
-                },
-            },
-        };
+        let Some(child) = carried(all, joint) else { return joint };
         let name = all[joint].name.to_ascii_lowercase();
         let is_hips = ["hips", "pelvis"].iter().any(|n| name.contains(n));
         let is_carrier =
             ["root", "reference", "armature", "world", "origin"].iter().any(|n| name.contains(n));
         // The hips can carry what is above them only with all six channels of their own.
-        let can_carry = all[joint].degrees == 0 || all[child].degrees == 6;
+        let can_carry = all[joint].degrees == 0 || until_moved(all, child).any(|j| all[j].degrees == 6);
         let idle = is_carrier || all[joint].still;
         if is_hips || !can_carry || !idle || children(all, child).next().is_none() {
             return joint;
         }
         joint = child;
     }
+}
+
+/// The child that is all of the body that hangs on a joint, if one is.
+fn carried(all: &[Joint], joint: usize) -> Option<usize> {
+    let below: Vec<usize> = children(all, joint).collect();
+    match below[..] {
+        [] => None,
+        [only] => Some(only),
+        // Beside the body there may be weapons, or the controls of inverse kinematics that Unreal and Blender export. A
+        // pelvis beside the arms is not the whole body.
+        [..] => match below.iter().find(|&&child| has_both_legs(all, child)) {
+            Some(&body) if below.iter().any(|&child| child != body && has_both_arms(all, child)) => None,
+            Some(&body) => Some(body),
+            None => moved_body(all, joint, &below),
+        },
+    }
+}
+
+/// The joints from this one on, as far as each carries the whole body, to the first that is not still.
+fn until_moved(all: &[Joint], from: usize) -> impl Iterator<Item = usize> + '_ {
+    std::iter::successors(Some(from), |&joint| carried(all, joint).filter(|_| all[joint].still))
 }
 
 /// The child that moves and carries almost all joints below one that is still, as an armature carries body and camera.

@@ -226,6 +226,17 @@ fn a_carrier_above_the_hips_is_applied_dropped_and_written_back() {
     // A quarter turn about Y takes X to -Z and Z to X.
     assert!((clip.frames[0].root - nalgebra::Vector3::new(0.02, 0.9, -0.01)).norm() < 1e-12);
     assert_eq!(binding.write(&document, &clip).unwrap(), document);
+    // The same with a joint between the two that never moves: the carrier was taken for the hips.
+    for (channels, values) in [("0", ""), ("3 Zrotation Xrotation Yrotation", "0 0 0 ")] {
+        let (head, tail) = text.split_once("JOINT").unwrap();
+        let pivot = format!("{head}JOINT pivot {{ OFFSET 0 0 0 CHANNELS {channels} JOINT{tail}")
+            .replacen("}\nMOTION", "}}\nMOTION", 1)
+            .replacen("0 10 0 0 0 90 ", &format!("0 10 0 0 0 90 {values}"), 1);
+        let between = parse(&pivot);
+        let (same, binding) = to_clip(&between, &Options::default()).unwrap();
+        assert_eq!((&same.skeleton.names, &same.frames), (&clip.skeleton.names, &clip.frames));
+        assert_eq!(binding.write(&between, &same).unwrap(), between);
+    }
     let named = Options { root: Some("joint_Root".into()), ..Options::default() };
     assert_eq!(to_clip(&document, &named).unwrap().0.skeleton.joints(), 3);
     let missing = Options { root: Some("Pelvis".into()), ..Options::default() };
