@@ -179,7 +179,7 @@ fn fill(parts: &[Part], name: &str, found: &mut [String; 3]) -> bool {
 }
 
 /// A name without the ending of a motion file.
-fn stem(name: &str) -> &str {
+pub(super) fn stem(name: &str) -> &str {
     match name.rsplit_once('.') {
         Some((stem, _)) if Format::of(Path::new(name)).is_some() => stem,
         _ => name,

@@ -1,15 +1,16 @@
 //! Which clips constants are chosen on, and which clips published figures are measured on.
 //!
-//! A file with two lists of patterns of file names, as in [`super::config`]; no clip may be in both:
+//! A file with two lists of file names, or patterns of them as in [`super::config`]; no clip may be in both:
 //!
 //! ```
 //! use gestus_database::data_folder::split::{Set, Split};
 //! let text = r#"
 //!     development = ["{action}_{style}_1"]
-//!     test = ["{action}_{style}_2"]
+//!     test = ["{action}_{style}_2", "run_proud_7"]
 //! "#;
 //! let split = Split::parse(text, "split.toml")?;
 //! assert_eq!(split.set_of("walk_proud_2.bvh")?, Some(Set::Test));
+//! assert_eq!(split.set_of("run_proud_7.bvh")?, Some(Set::Test));
 //! assert_eq!(split.set_of("walk_proud_3.bvh")?, None);
 //! # Ok::<(), gestus_database::data_folder::config::AnnotateError>(())
 //! ```
@@ -19,7 +20,10 @@ use std::path::Path;
 use gestus_motion::files::{self, MAX_SETTINGS_BYTES};
 use serde::Deserialize;
 
-use super::{config::AnnotateError, pattern::Pattern};
+use super::{
+    config::AnnotateError,
+    pattern::{Pattern, PatternError, stem},
+};
 
 /// A set of clips.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,8 +39,33 @@ pub enum Set {
 #[derive(Debug, Clone)]
 pub struct Split {
     file: String,
-    development: Vec<Pattern>,
-    test: Vec<Pattern>,
+    development: Vec<Clips>,
+    test: Vec<Clips>,
+}
+
+/// Clips of a set.
+#[derive(Debug, Clone)]
+enum Clips {
+    /// One, by its name.
+    Named(String),
+    /// Those whose names are like it.
+    Like(Pattern),
+}
+
+impl Clips {
+    fn new(text: String) -> Result<Self, (String, PatternError)> {
+        if text.contains(['{', '}']) {
+            return Pattern::new(&text).map(Self::Like).map_err(|problem| (text, problem));
+        }
+        Ok(Self::Named(stem(&text).to_owned()))
+    }
+
+    fn have(&self, name: &str) -> bool {
+        match self {
+            Self::Named(own) => own == stem(name),
+            Self::Like(pattern) => pattern.find(name).is_some(),
+        }
+    }
 }
 
 #[derive(Deserialize)]
@@ -67,17 +96,11 @@ impl Split {
             file: file.to_owned(),
             error: e.to_string().trim_end().to_owned(),
         })?;
-        let patterns = |list: Vec<String>| {
-            let pattern = |pattern: String| {
-                Pattern::new(&pattern).map_err(|problem| AnnotateError::Pattern {
-                    file: file.to_owned(),
-                    pattern,
-                    problem,
-                })
-            };
-            list.into_iter().map(pattern).collect::<Result<Vec<_>, _>>()
+        let clips = |list: Vec<String>| {
+            let odd = |(pattern, problem)| AnnotateError::Pattern { file: file.to_owned(), pattern, problem };
+            list.into_iter().map(|text| Clips::new(text).map_err(odd)).collect::<Result<Vec<_>, _>>()
         };
-        Ok(Self { file: file.to_owned(), development: patterns(development)?, test: patterns(test)? })
+        Ok(Self { file: file.to_owned(), development: clips(development)?, test: clips(test)? })
     }
 
     /// The set of a clip, by its name; `None` of one in neither list.
@@ -85,7 +108,7 @@ impl Split {
     /// # Errors
     /// [`AnnotateError::Both`].
     pub fn set_of(&self, name: &str) -> Result<Option<Set>, AnnotateError> {
-        let among = |patterns: &[Pattern]| patterns.iter().any(|p| p.find(name).is_some());
+        let among = |set: &[Clips]| set.iter().any(|clips| clips.have(name));
         match (among(&self.development), among(&self.test)) {
             (true, true) => Err(AnnotateError::Both { file: self.file.clone(), clip: name.to_owned() }),
             (true, false) => Ok(Some(Set::Development)),
@@ -104,13 +127,17 @@ mod tests {
         let parse = |text: &str| Split::parse(text, "s.toml");
         let missing = parse("test = []").unwrap_err();
         assert!(matches!(missing, AnnotateError::Toml { .. }), "{missing}");
-        let odd = parse("development = [\"walk\"]\ntest = []").unwrap_err();
-        assert!(matches!(odd, AnnotateError::Pattern { ref pattern, .. } if pattern == "walk"), "{odd}");
+        let odd = parse("development = [\"{action}\"]\ntest = []").unwrap_err();
+        assert!(matches!(odd, AnnotateError::Pattern { ref pattern, .. } if pattern == "{action}"), "{odd}");
         let both =
             parse("development = [\"{action}_{style}_{*}\"]\ntest = [\"{action}_{style}_2\"]").unwrap();
         let error = both.set_of("walk_proud_2").unwrap_err();
         assert!(matches!(error, AnnotateError::Both { ref clip, .. } if clip == "walk_proud_2"), "{error}");
         assert_eq!(both.set_of("walk_proud_1"), Ok(Some(Set::Development)));
+        let named = parse("development = [\"walk one.bvh\"]\ntest = [\"b/run\"]").unwrap();
+        assert_eq!(named.set_of("walk one"), Ok(Some(Set::Development)));
+        assert_eq!(named.set_of("b/run.glb"), Ok(Some(Set::Test)));
+        assert_eq!(named.set_of("run"), Ok(None));
     }
 
     #[test]
