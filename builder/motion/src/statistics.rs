@@ -61,6 +61,14 @@ pub fn quantile(ascending: &[f64], share: f64) -> Option<f64> {
     ascending.get((share * ascending.len().saturating_sub(1) as f64) as usize).copied()
 }
 
+/// The median: the middle of the values, or the mean of the two in the middle. `None` where there are no values.
+pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let ascending = sorted(values);
+    let upper = *ascending.get(ascending.len() / 2)?;
+    let lower = ascending[(ascending.len() - 1) / 2];
+    Some(0.5 * (lower + upper))
+}
+
 /// Least and greatest value; infinities where there are no values.
 pub fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
@@ -150,6 +158,8 @@ mod tests {
         let ascending = sorted([4.0, 1.0, 3.0, 2.0, 5.0]);
         assert_eq!([0.0, 0.05, 0.95, 1.0].map(|q| quantile(&ascending, q)), [1.0, 1.0, 4.0, 5.0].map(Some));
         assert_eq!(quantile(&[], 0.5), None);
+        assert_eq!((median([3.0, 1.0, 2.0]), median([4.0, 1.0, 2.0, 3.0])), (Some(2.0), Some(2.5)));
+        assert_eq!((median([7.0]), median([])), (Some(7.0), None));
     }
 
     #[test]

@@ -105,6 +105,7 @@ impl OnClips for Args {
                     "action": corpus.actions[result.action],
                     "style": corpus.styles[result.style],
                     "clip": result.clip,
+                    "truth": result.truth,
                 }));
                 measured.extend(result.measured());
                 rows.push(measured);

@@ -161,6 +161,7 @@ fn rows(
             "action": corpus.actions[test.action],
             "style": corpus.styles[fold.style],
             "clip": if is_real { &truth.clip.name } else { &test.clip.name },
+            "truth": truth.clip.name,
             "skate_cm_s": skate_cm_s(skeleton, legs, performance),
             "skate_counterpart_cm_s":
                 (!is_real).then(|| skate_cm_s(skeleton, legs, &of_counterpart(performance))),

@@ -124,6 +124,7 @@ fn rows(
                 "action": corpus.actions[example.action],
                 "style": corpus.styles[style],
                 "clip": example.clip.name,
+                "truth": corpus.examples[fold.truth].clip.name,
                 "step_error_ms": (n > 0.0).then(|| 1000.0 * error / n),
                 "duration_error": (theirs > 0.0).then(|| (ours - theirs).abs() / theirs),
                 "lag_s_max": most(1.0),

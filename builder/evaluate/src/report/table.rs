@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value};
 
-use gestus_motion::statistics::{mean, quantile, sorted};
+use gestus_motion::statistics::{mean, median};
 
 /// A row: names and values, in order.
 pub type Row = Map<String, Value>;
@@ -109,7 +109,7 @@ pub fn means(rows: &[Row], keys: &[&str]) -> Vec<Row> {
 
 /// The median of every number over the rows that agree in `keys`.
 pub fn medians(rows: &[Row], keys: &[&str]) -> Vec<Row> {
-    summary(rows, keys, |members, column| quantile(&sorted(numbers(members, column)), 0.5))
+    summary(rows, keys, |members, column| median(numbers(members, column)))
 }
 
 /// The standard error of each of the [`means`]. Rows of one `clip` or one `truth` are not independent: the error is that of

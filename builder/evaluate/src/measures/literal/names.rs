@@ -14,5 +14,6 @@ pub(super) fn named(fold: &Fold<'_>, part: &str, method: &str, option: &str) -> 
         "action": fold.corpus.actions[example.action],
         "style": fold.corpus.styles[fold.style],
         "clip": example.clip.name,
+        "truth": fold.corpus.examples[fold.truth].clip.name,
     }))
 }
