@@ -53,10 +53,13 @@ impl Evaluation {
         rows
     }
 
-    /// All as one object: what `--json` prints and the JSON file holds.
-    pub fn to_json(&self) -> serde_json::Value {
+    /// All as one object: what `--json` prints and the JSON file holds. `of` says what was measured
+    /// ([`Experiment::described`](crate::experiment::Experiment::described)).
+    pub fn to_json(&self, of: &serde_json::Value) -> serde_json::Value {
         json!({
             "what": self.what,
+            "of": of,
+            "gestus": env!("CARGO_PKG_VERSION"),
             "rows": self.labelled(),
             "means": self.means(),
             "standard_errors": self.standard_errors(),
@@ -73,23 +76,21 @@ impl Evaluation {
     ///
     /// # Errors
     /// Where the folder can't be written.
-    pub fn write(&self, folder: &Path) -> Result<()> {
+    pub fn write(&self, folder: &Path, of: &serde_json::Value) -> Result<()> {
         let save = |name: String, content: String| {
             let path = folder.join(name);
             files::write(&path, content).with_context(|| format!("{} can't be written", path.display()))
         };
-        save(format!("{}.json", self.what), serde_json::to_string_pretty(&self.to_json())?)?;
+        save(format!("{}.json", self.what), serde_json::to_string_pretty(&self.to_json(of))?)?;
         save(format!("{}.csv", self.what), table::csv(&self.labelled())?)?;
         for figure in &self.figures {
             save(format!("{}-{}.svg", self.what, figure.name), figure.svg.clone())?;
         }
+        let about = format!("{} Of `{of}`, by gestus {}.", self.about, env!("CARGO_PKG_VERSION"));
         let title = format!("gestus evaluate {}", self.what);
         let means = table::with_errors(&self.means(), &self.standard_errors());
         let summaries = [("Means ± standard errors", means), ("Medians", self.medians())];
-        save(
-            format!("{}.html", self.what),
-            report(&title, &self.about, &summaries, &self.figures, &self.rows),
-        )
+        save(format!("{}.html", self.what), report(&title, &about, &summaries, &self.figures, &self.rows))
     }
 }
 
@@ -109,7 +110,8 @@ mod tests {
     fn every_row_has_its_labels() {
         let rows = vec![row(json!({ "action": "walk", "cm": 1.0 })), row(json!({ "cm": 2.0 }))];
         let (about, keys, figures) = (String::new(), vec!["action"], Vec::new());
-        let json = Evaluation { what: "loo", about, keys, rows, figures }.to_json();
+        let json = Evaluation { what: "loo", about, keys, rows, figures }.to_json(&json!({ "set": "test" }));
+        assert_eq!(json["of"]["set"], "test");
         assert_eq!(json["rows"][0]["action"], "walk");
         for (row, label) in [(0, "method"), (0, "style"), (1, "method"), (1, "action"), (1, "style")] {
             assert_eq!(json["rows"][row].get(label), Some(&serde_json::Value::Null), "{label} of row {row}");

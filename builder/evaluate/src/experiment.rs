@@ -64,11 +64,13 @@ pub struct HeldOut {
 }
 
 impl Experiment {
-    /// From the plain style to all others, with one test clip of each action.
+    /// From the plain style to all others, with one test clip of each action. Clips that are paired by take are compared by
+    /// take.
     pub fn new(corpus: Corpus, build: BuildOptions) -> Self {
         let from = corpus.plain_style();
         let to = (0..corpus.styles.len()).filter(|&s| s != from).collect();
-        Self { corpus, from, to, folds: 1, among: None, build, truth: Truth::NearestContent }
+        let truth = if build.pairing == Scheme::Take { Truth::SameTake } else { Truth::NearestContent };
+        Self { corpus, from, to, folds: 1, among: None, build, truth }
     }
 
     /// The same experiment on pairs from the first style to the second that belong together by take.
@@ -90,6 +92,20 @@ impl Experiment {
         let hidden: Vec<usize> = if set == Set::Development { of(Set::Test) } else { Vec::new() };
         let corpus = self.corpus.without(&hidden);
         Ok(Self { corpus, among: Some(among), folds: usize::MAX, ..self })
+    }
+
+    /// What is measured, for reports: actions, styles, the input and output styles, the number of clips, and the test clips.
+    pub fn described(&self) -> serde_json::Value {
+        let Self { corpus, from, to, .. } = self;
+        let tests = self.test_clips().into_iter().map(|i| corpus.examples[i].clip.name.as_str());
+        serde_json::json!({
+            "actions": corpus.actions,
+            "styles": corpus.styles,
+            "from": corpus.styles.get(*from),
+            "to": to.iter().map(|&s| corpus.styles[s].as_str()).collect::<Vec<_>>(),
+            "clips": corpus.examples.len(),
+            "test_clips": tests.collect::<Vec<_>>(),
+        })
     }
 
     /// Whether a clip may be a test or a truth clip.
@@ -340,6 +356,17 @@ mod tests {
             left_out.len() == 1 && left_out[0].contains("no clip of punch is left in neutral"),
             "{left_out:?}"
         );
+    }
+
+    #[test]
+    fn clips_that_are_paired_by_take_are_compared_by_take() {
+        let Experiment { corpus, build, .. } =
+            Experiment::generated(&["walk"], &["neutral", "proud"], 3, 4.0);
+        let experiment = Experiment::new(corpus, BuildOptions { pairing: Scheme::Take, ..build });
+        let experiment = Experiment { folds: 3, ..experiment };
+        let (_, folds) = experiment.folds().unwrap();
+        let take = |clip: usize| &experiment.corpus.examples[clip].take;
+        assert!(folds.len() == 3 && folds.iter().all(|f| take(f.test) == take(f.truth) && f.other.is_none()));
     }
 
     #[test]

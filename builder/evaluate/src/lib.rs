@@ -14,6 +14,7 @@ pub mod experiment;
 pub mod fold;
 pub mod measures;
 pub mod metrics;
+pub mod outside;
 pub mod pages;
 pub mod plots;
 pub mod report;

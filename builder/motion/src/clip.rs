@@ -210,6 +210,25 @@ pub fn interpolate(a: &Frame, b: &Frame, t: f64) -> Frame {
     }
 }
 
+/// Poses, each at its time, resampled to a rate from the first one on. Times are seconds from the first, and do not fall.
+pub fn at_times(poses: &[&Frame], times: &[f64], rate_hz: f64) -> Vec<Frame> {
+    let end = times.last().copied().unwrap_or(0.0);
+    let count = if poses.is_empty() { 0 } else { (end * rate_hz + 1e-6).floor() as usize + 1 };
+    let mut at = 0;
+    (0..count)
+        .map(|i| {
+            let time = i as f64 / rate_hz;
+            while at + 2 < times.len() && times[at + 1] <= time {
+                at += 1;
+            }
+            let Some(next) = poses.get(at + 1) else { return poses[at].clone() };
+            let span = times[at + 1] - times[at];
+            let t = if span > 0.0 { ((time - times[at]) / span).clamp(0.0, 1.0) } else { 0.0 };
+            interpolate(poses[at], next, t)
+        })
+        .collect()
+}
+
 /// Spherical interpolation along the shorter arc. Rotations half a turn apart are blended linearly, since their arc is
 /// undefined.
 pub fn slerp(a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>, t: f64) -> UnitQuaternion<f64> {

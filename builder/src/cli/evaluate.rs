@@ -6,6 +6,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
+use clap::ValueEnum;
 use gestus_database::{
     build::BuildOptions,
     command_line::options::ReportArgs,
@@ -142,10 +143,10 @@ struct Common {
 
 impl Common {
     /// Writes the report and prints the result.
-    fn report(&self, evaluation: &Evaluation) -> Result<()> {
-        evaluation.write(&self.output)?;
+    fn report(&self, evaluation: &Evaluation, of: &serde_json::Value) -> Result<()> {
+        evaluation.write(&self.output, of)?;
         self.report.print(
-            || evaluation.to_json(),
+            || evaluation.to_json(of),
             || {
                 format!(
                     "{}\ntables, plots and the report are in {}",
@@ -199,9 +200,15 @@ impl<M: OnClips> Clips<M> {
         open::make_folder(&common.output)?;
         let evaluation = measure.evaluate(&experiment)?;
         if evaluation.rows.is_empty() {
-            bail!("{}: nothing was measured: {}", common.data.display(), why_nothing(&experiment));
+            bail!("{}: nothing was measured: {}", common.data.display(), why_nothing(&experiment, uses));
         }
-        common.report(&evaluation)
+        let mut of = experiment.described();
+        of["set"] = common
+            .set
+            .and_then(|set| set.to_possible_value())
+            .map(|value| value.get_name().to_owned())
+            .into();
+        common.report(&evaluation, &of)
     }
 
     /// The clips that were selected, and which of them are held out.
@@ -305,7 +312,8 @@ impl<M: OnDatabase> OfDatabase<M> {
         let bytes = open::read_blob(path)?;
         let database = open::open(path, &bytes)?;
         open::make_folder(&common.output)?;
-        common.report(&self.measure.evaluate(&database, &common.data)?)
+        let of = serde_json::json!({ "database": format!("{:08x}", database.identity()) });
+        common.report(&self.measure.evaluate(&database, &common.data)?, &of)
     }
 }
 
@@ -325,9 +333,9 @@ fn note_few(experiment: &Experiment) {
 }
 
 /// Why no fold is left.
-fn why_nothing(experiment: &Experiment) -> String {
+fn why_nothing(experiment: &Experiment, uses: Uses) -> String {
     let from = &experiment.corpus.styles[experiment.from];
-    if experiment.to.is_empty() {
+    if uses.to && experiment.to.is_empty() {
         return format!("{from} is the only style, and there is none to translate to (--styles, --to)");
     }
     if experiment.test_clips().is_empty() {

@@ -30,7 +30,7 @@ pub struct InspectArgs {
     report: ReportArgs,
 }
 
-/// Write every array of a database as .npy and the manifest as JSON.
+/// Write the arrays of a database that a stream is recomputed from as .npy, and the manifest as JSON.
 #[derive(clap::Args)]
 pub struct ExportArgs {
     /// The database

@@ -50,7 +50,7 @@ enum Command {
     Cut(cut::Args),
     /// Show what is in a database, and verify it
     Inspect(inspect::InspectArgs),
-    /// Write every array of a database as .npy and the manifest as JSON
+    /// Write the arrays of a database that a stream is recomputed from as .npy, and the manifest as JSON
     Export(inspect::ExportArgs),
     /// Translate a clip into another style
     Translate(translate::Args),

@@ -179,22 +179,8 @@ impl Streamed {
             };
             return clip.resampled(rate_hz);
         }
-        let times = self.times();
-        let end = times.last().copied().unwrap_or(0.0);
-        let count = (end * rate_hz + 1e-6).floor() as usize + 1;
-        let mut at = 0;
-        let frames = (0..count)
-            .map(|i| {
-                let time = i as f64 / rate_hz;
-                while at + 2 < times.len() && times[at + 1] <= time {
-                    at += 1;
-                }
-                let Some(next) = self.steps.get(at + 1) else { return self.steps[at].frame.clone() };
-                let span = times[at + 1] - times[at];
-                let t = if span > 0.0 { ((time - times[at]) / span).clamp(0.0, 1.0) } else { 0.0 };
-                gestus_motion::clip::interpolate(&self.steps[at].frame, &next.frame, t)
-            })
-            .collect();
+        let frames = self.steps.iter().map(|step| &step.frame);
+        let frames = gestus_motion::clip::at_times(&frames.collect::<Vec<_>>(), &self.times(), rate_hz);
         Clip { name: like.name.clone(), skeleton: like.skeleton.clone(), rate_hz, frames }
     }
 }

@@ -12,6 +12,7 @@ use gestus_database::{
 };
 use gestus_motion::{
     body::{Body, first_dof, log, row_at},
+    clip::Clip,
     corpus::{Corpus, Cycle},
     statistics::mean,
 };
@@ -140,6 +141,17 @@ impl<'a> Fold<'a> {
         let shift = best_shift(&self.x, cycles, &rows, &example.cycles);
         let at = |t: usize| matched(cycles, t, &example.cycles, shift);
         Some((0..self.x.len()).map(|t| at(t).map_or_else(|| rows[0].clone(), |p| row_at(&rows, p))).collect())
+    }
+
+    /// The truth's frame at each frame of the test clip; none outside of cycles. Shape `[frames]`.
+    pub(crate) fn matches(&self) -> &[Option<f64>] {
+        &self.reference.at
+    }
+
+    /// The figures of a method from outside, which delivers what it predicts.
+    pub(crate) fn outside_row(&self, method: &str, clip: &Clip, steps_s: Option<&[f64]>) -> Row {
+        let figures = self.reference.figures(&self.reference.given(clip, steps_s));
+        Row { predicted: figures, delivered: figures, ..self.row(method, &self.x, None) }
     }
 
     /// Seconds in the truth clip from the match of each frame's predecessor to that of the frame, where both have one.

@@ -13,7 +13,7 @@ use crate::metrics::{
     amplitude, centred,
     feet::{skate_cm_s, stillest_cm_s},
     joint_distance, matched,
-    performance::Performance,
+    performance::{Performance, times},
     speed::ground_speed,
     third_difference, variability,
 };
@@ -65,7 +65,7 @@ pub(crate) struct Reference {
     /// The legs, with the heights at which the truth's feet stand.
     legs: [Leg; 2],
     /// The truth's frame at each frame of the test clip. Shape `[frames]`.
-    at: Vec<Option<f64>>,
+    pub(crate) at: Vec<Option<f64>>,
     /// Joint positions there. Shape `[frames][joints]`.
     poses: Vec<Option<Vec<Vector3<f64>>>>,
     /// Which feet of the truth stand there; none outside of cycles. Shape `[frames]`.
@@ -117,10 +117,22 @@ impl Reference {
 
     /// The poses that leave, each at its own time.
     pub(crate) fn delivered(&self, streamed: &Streamed) -> Motion {
-        let stands = self.stands.clone();
-        let performance = Performance { stands, ..Performance::of_stream(streamed) };
+        self.of_poses(Performance::of_stream(streamed), true)
+    }
+
+    /// The poses of a method from outside, each at its own time if it says that.
+    pub(crate) fn given(&self, clip: &Clip, steps_s: Option<&[f64]>) -> Motion {
+        let frames = clip.frames.clone();
+        let even = || vec![1.0 / self.test.rate_hz; frames.len()];
+        let timed = steps_s.is_some();
+        let steps_s = steps_s.map_or_else(even, <[f64]>::to_vec);
+        self.of_poses(Performance { frames, steps_s, stands: Vec::new() }, timed)
+    }
+
+    fn of_poses(&self, performance: Performance, timed: bool) -> Motion {
+        let performance = Performance { stands: self.stands.clone(), ..performance };
         let clip = Clip { frames: performance.frames.clone(), ..self.test.clone() };
-        Motion { rows: self.body.clip_dofs(&clip), performance, timed: true }
+        Motion { rows: self.body.clip_dofs(&clip), performance, timed }
     }
 
     /// The figures of a motion.
@@ -147,7 +159,7 @@ impl Reference {
                 steps += 1.0;
             }
         }
-        let resampled = of.timed.then(|| at_times(&of.rows, &of.performance.times(), rate));
+        let resampled = of.timed.then(|| at_times(&of.rows, &times(&of.performance.steps_s), rate));
         let timely = poses(resampled.as_deref().unwrap_or(&of.rows));
         let inside: Vec<bool> = self.at.iter().map(Option::is_some).collect();
         let (skeleton, feet) = (&self.body.skeleton, &of.performance);

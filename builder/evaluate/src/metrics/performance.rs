@@ -19,6 +19,16 @@ pub struct Performance {
     pub stands: Vec<[bool; 2]>,
 }
 
+/// Time of each pose, seconds from the first, where `steps_s` are the seconds from each pose's predecessor to it.
+pub fn times(steps_s: &[f64]) -> Vec<f64> {
+    let mut time = 0.0;
+    let later = steps_s.iter().skip(1).map(|step_s| {
+        time += step_s;
+        time
+    });
+    std::iter::once(0.0).chain(later).take(steps_s.len()).collect()
+}
+
 impl Performance {
     /// A clip with its kinematic contacts.
     pub fn of_clip(clip: &Clip, body: &Body) -> Self {
@@ -46,16 +56,6 @@ impl Performance {
             })
             .collect();
         Self { frames, steps_s, stands }
-    }
-
-    /// Time of each pose, seconds from the first.
-    pub fn times(&self) -> Vec<f64> {
-        let mut time = 0.0;
-        let later = self.steps_s.iter().skip(1).map(|step_s| {
-            time += step_s;
-            time
-        });
-        std::iter::once(0.0).chain(later).take(self.steps_s.len()).collect()
     }
 
     /// A stream's output, each pose at its own time, with the contacts that the core reported.

@@ -21,18 +21,22 @@ use crate::{
     fold::each,
     measures::{OnClips, Uses, streamed},
     metrics::performance::Performance,
+    outside::{Output, OutsideArgs},
     plots::{self, Labels},
     report::{html::Figure, table},
 };
 use features::{Classifier, frechet, windows};
 
 /// Options of `gestus evaluate field`.
-#[derive(clap::Args, Debug)]
-pub struct Args;
+#[derive(clap::Args, Debug, Default)]
+pub struct Args {
+    #[command(flatten)]
+    outside: OutsideArgs,
+}
 
 /// A motion to be judged: the method's output for a fold, or a real clip.
 struct Judged {
-    method: &'static str,
+    method: String,
     fold: HeldOut,
     clip: Clip,
 }
@@ -54,11 +58,16 @@ impl OnClips for Args {
     fn evaluate(&self, experiment: &Experiment) -> Result<Evaluation> {
         let corpus = &experiment.corpus;
         let (body, folds) = experiment.folds()?;
+        let others = self.outside.run(experiment)?;
         let options = experiment.build_with_models();
         let judged: Vec<Vec<Judged>> = each("field", experiment, &folds, &options, |fold, database| {
             outputs(corpus, &body, database, fold)
         })?;
-        let judged: Vec<Judged> = judged.into_iter().flatten().collect();
+        let mut judged: Vec<Judged> = judged.into_iter().flatten().collect();
+        for (method, &fold) in others.iter().flat_map(|method| folds.iter().map(move |fold| (method, fold))) {
+            let of = |output: &Output| Judged { method: method.name.clone(), fold, clip: output.resampled() };
+            judged.extend(method.output(fold).map(of));
+        }
         // No clip that is judged, and no truth, has taught the judges.
         let held: BTreeSet<usize> = folds.iter().flat_map(|f| [f.test, f.truth]).collect();
         let known: Vec<usize> = (0..corpus.examples.len()).filter(|i| !held.contains(i)).collect();
@@ -87,7 +96,7 @@ impl OnClips for Args {
 /// The outputs of all methods for a fold, resampled to the database's rate at their own times.
 fn outputs(corpus: &Corpus, body: &Body, database: &Database<'_>, fold: HeldOut) -> Vec<Judged> {
     let (test, truth) = (&corpus.examples[fold.test], &corpus.examples[fold.truth]);
-    let judged = |method: &'static str, clip: Clip| Judged { method, fold, clip };
+    let judged = |method: &str, clip: Clip| Judged { method: method.to_owned(), fold, clip };
     let mut all = vec![judged("real", truth.clip.clone()), judged("unchanged", test.clip.clone())];
     for (name, method, record, streamed) in streamed(database, &test.clip, fold.style) {
         all.push(judged(name, streamed.clip(&test.clip, corpus.rate_hz)));
@@ -177,6 +186,7 @@ impl Judges {
             "action": corpus.actions[test.action],
             "style": corpus.styles[fold.style],
             "clip": test.clip.name,
+            "truth": truth.clip.name,
             "content": class.map(|c| one(c.0, test.action)),
             "style_right": class.map(|c| one(c.1, fold.style)),
             "style_across": self.style_across(test.action, windows).map(|s| one(s, fold.style)),
@@ -197,9 +207,9 @@ fn distributions(
     (known, real): (&[usize], &[Vec<DVector<f64>>]),
 ) -> Vec<table::Row> {
     let corpus = &experiment.corpus;
-    let mut sets: BTreeMap<(usize, &'static str), Vec<DVector<f64>>> = BTreeMap::new();
+    let mut sets: BTreeMap<(usize, &str), Vec<DVector<f64>>> = BTreeMap::new();
     for (j, windows) in judged.iter().zip(seen) {
-        sets.entry((j.fold.style, j.method)).or_default().extend(windows.iter().cloned());
+        sets.entry((j.fold.style, &j.method)).or_default().extend(windows.iter().cloned());
     }
     let tested: BTreeSet<usize> = judged.iter().map(|j| corpus.examples[j.fold.test].action).collect();
     sets.into_iter()
@@ -249,7 +259,7 @@ mod tests {
     #[test]
     fn real_clips_are_recognised_and_the_input_has_its_own_style() {
         let experiment = Experiment::generated(&["walk", "run"], &["neutral", "proud", "old"], 4, 6.0);
-        let rows = Args.evaluate(&experiment).unwrap().rows;
+        let rows = Args::default().evaluate(&experiment).unwrap().rows;
         let means = table::means(&rows, &["method"]);
         let of = |method: &str, key: &str| {
             let row = means.iter().find(|r| r["method"] == method).unwrap_or_else(|| panic!("{method}"));

@@ -13,21 +13,24 @@ use crate::{
     experiment::{Experiment, HeldOut},
     fold::{Fold, Row, class_of, classes_of, each_with, own_dofs},
     measures::{OnClips, Uses, growth},
+    outside::{self, Output, OutsideArgs},
     report::table,
 };
 use gestus_database::{build::BuildError, command_line::progress, stream::Request, synth::affine};
 use gestus_motion::{body::Body, corpus::Corpus};
 
 /// Options of `gestus evaluate loo`.
-#[derive(clap::Args, Debug, Clone, Copy, Default)]
+#[derive(clap::Args, Debug, Clone, Default)]
 pub struct Args {
     /// Add Gaussian process regression to the methods: it takes seconds a fold
     #[arg(long)]
     pub gaussian_process: bool,
+    #[command(flatten)]
+    outside: OutsideArgs,
 }
 
 /// Options of `gestus evaluate exact`.
-#[derive(clap::Args, Debug, Clone, Copy, Default)]
+#[derive(clap::Args, Debug, Clone, Default)]
 pub struct ExactArgs {
     #[command(flatten)]
     loo: Args,
@@ -44,6 +47,8 @@ pub struct Methods {
     pub baselines: bool,
     /// Whether Gaussian process regression is among them.
     pub gaussian_process: bool,
+    /// Methods from outside.
+    pub outside: Vec<outside::Method>,
 }
 
 impl Default for Methods {
@@ -54,14 +59,20 @@ impl Default for Methods {
             ("mixture-normalised", Config::normalised()),
         ];
         let configs = configs.map(|(name, config)| (name.to_owned(), config)).to_vec();
-        Self { configs, partly_labelled: true, baselines: true, gaussian_process: false }
+        Self { configs, partly_labelled: true, baselines: true, gaussian_process: false, outside: Vec::new() }
     }
 }
 
 impl Methods {
     /// No configuration and no baseline.
     pub fn none() -> Self {
-        Self { configs: Vec::new(), partly_labelled: false, baselines: false, gaussian_process: false }
+        Self {
+            configs: Vec::new(),
+            partly_labelled: false,
+            baselines: false,
+            gaussian_process: false,
+            outside: Vec::new(),
+        }
     }
 }
 
@@ -69,7 +80,8 @@ impl OnClips for Args {
     const USES: Uses = Uses::ALL;
 
     fn evaluate(&self, experiment: &Experiment) -> anyhow::Result<Evaluation> {
-        let methods = Methods { gaussian_process: self.gaussian_process, ..Methods::default() };
+        let outside = self.outside.run(experiment)?;
+        let methods = Methods { gaussian_process: self.gaussian_process, outside, ..Methods::default() };
         Ok(evaluate(experiment, &methods)?)
     }
 }
@@ -185,6 +197,10 @@ fn fold(
         for condition in CONDITIONS.iter().filter(|c| methods.partly_labelled || c.1 == c.2) {
             mixture(&fold, database, name, config, *condition, compared, &mut rows);
         }
+    }
+    for method in &methods.outside {
+        let row = |output: &Output| fold.outside_row(&method.name, &output.clip, output.steps_s.as_deref());
+        rows.extend(method.output(held).map(row));
     }
     let floor = fold.other_clip().map(|other| fold.row("other-clip", &other, None).delivered.error_cm);
     rows.iter_mut().for_each(|row| row.floor_cm = floor);

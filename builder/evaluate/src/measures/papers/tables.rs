@@ -208,7 +208,7 @@ pub const TABLES: &[Table] = &[
         paper: "content and style by classifiers, Fréchet motion distance, skating ratio",
         differs: "features and classifiers are this page's, since theirs are networks trained on other skeletons: figures do \
                   not compare with theirs",
-        run: |e| field::Args.evaluate(e),
+        run: |e| field::Args::default().evaluate(e),
         keys: ("method", "content style_right style_across fmd skating_ratio jerk_ratio"),
         ..TABLE
     },
