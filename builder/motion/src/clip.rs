@@ -152,6 +152,14 @@ impl Clip {
         self.frames.len().saturating_sub(1) as f64 / self.rate_hz
     }
 
+    /// Mean speed of the root over the ground, m/s, Y up: of its way in half a second, or in the whole of a shorter clip.
+    pub fn ground_speed_m_s(&self) -> f64 {
+        let ground = |frame: &Frame| Vector3::new(frame.root.x, 0.0, frame.root.z);
+        let stride = ((0.5 * self.rate_hz).ceil() as usize).min(self.frames.len().saturating_sub(1)).max(1);
+        let pairs = self.frames.iter().zip(self.frames.iter().skip(stride));
+        mean_or_zero(pairs.map(|(a, b)| (ground(b) - ground(a)).norm() * self.rate_hz / stride as f64))
+    }
+
     /// The same motion at another rate, for clips that come from a file: refuses too many frames.
     ///
     /// # Errors

@@ -31,7 +31,8 @@ pub fn mean_or_zero(values: impl IntoIterator<Item = f64>) -> f64 {
 
 fn sum(values: impl IntoIterator<Item = f64>) -> (f64, usize) {
     let mut count = 0;
-    let sum = values.into_iter().inspect(|_| count += 1).sum();
+    // The sum of nothing is -0.
+    let sum = values.into_iter().inspect(|_| count += 1).sum::<f64>() + 0.0;
     (sum, count)
 }
 
@@ -160,6 +161,7 @@ mod tests {
         assert_eq!(quantile(&[], 0.5), None);
         assert_eq!((median([3.0, 1.0, 2.0]), median([4.0, 1.0, 2.0, 3.0])), (Some(2.0), Some(2.5)));
         assert_eq!((median([7.0]), median([])), (Some(7.0), None));
+        assert!(mean_or_zero([]).is_sign_positive());
     }
 
     #[test]

@@ -289,11 +289,7 @@ impl Input {
 
     /// Mean speed over the ground, m/s, of the body on the database's skeleton.
     pub fn speed_m_s(&self) -> f64 {
-        let ground = |frame: &Frame| Vector3::new(frame.root.x, 0.0, frame.root.z);
-        let stride = (0.5 * self.mapped.rate_hz).ceil() as usize;
-        let pairs = self.mapped.frames.iter().zip(self.mapped.frames.iter().skip(stride));
-        let moved = pairs.map(|(a, b)| (ground(b) - ground(a)).norm() * self.mapped.rate_hz / stride as f64);
-        gestus_motion::statistics::mean_or_zero(moved)
+        self.mapped.ground_speed_m_s()
     }
 
     /// The floor, the root and the loop, as the commands' JSON has them.
