@@ -404,6 +404,22 @@ fn a_loop_stays_a_loop() {
     assert!(matches!(error.downcast_ref(), Some(LoopError::NoReturn { .. })), "{error:#}");
 }
 
+/// A cycle without its first pose again ends a step before it, which may be more than can be closed.
+#[test]
+fn a_quick_cycle_of_few_frames_is_a_loop() {
+    let run = synth::performance(5, "run", "neutral", 120.0, 4.0).unwrap();
+    let (start, end) = run.cycles[2].span();
+    for rate_hz in [12.0, 15.0, 24.0] {
+        let count = ((end - start) / run.clip.rate_hz * rate_hz).round();
+        let at = |i: usize| run.clip.at(start + i as f64 / count * (end - start));
+        let rate_hz = count / (end - start) * run.clip.rate_hz;
+        let clip = Clip { frames: (0..count as usize).map(at).collect(), rate_hz, ..run.clip.clone() };
+        let input = read(&clip, &InputOptions { looped: true, ..InputOptions::default() }).unwrap();
+        let round = input.round().unwrap();
+        assert_eq!((round.start, round.period), (0, count as usize), "at {rate_hz} frames a second");
+    }
+}
+
 /// The frames in which it stood were taken for the loop: they are alike, but nothing comes back.
 #[test]
 fn a_pose_that_is_held_is_no_loop() {

@@ -24,6 +24,8 @@ use crate::stream::Streamed;
 
 /// Greatest gap between the ends of a loop that can be closed, metres: mean distance of the joints.
 const MAX_GAP_M: f64 = 0.06;
+/// Greatest distance of the ends of a clip that lacks its last step, relative to that.
+const MAX_STEP_RATIO: f64 = 0.6;
 /// Distance below which two poses count as the same, metres.
 const SAME_POSE_M: f64 = 0.01;
 /// Greatest turn of a whole clip that is removed, radians. A clip that turns further keeps turning.
@@ -55,13 +57,17 @@ pub enum LoopError {
     },
     /// No pose recurs.
     #[error(
-        "--loop: no pose of the clip comes back: the two nearest are {cm:.1} cm apart (mean of the joints), and {limit:.0} cm \
-         can be closed: give a clip of a cycle, or leave out --loop",
+        "--loop: no pose of the clip comes back: the two nearest, and those that follow them, are {cm:.1} cm apart (mean of the \
+         joints) and face {degrees:.0} degrees apart, which counts as {turn:.1} cm: {limit:.0} cm in all can be closed. Give a \
+         clip of a cycle, or leave out --loop",
+        turn = degrees.to_radians() * TURN_WEIGHT_M * 100.0,
         limit = MAX_GAP_M * 100.0
     )]
     NoReturn {
         /// Distance of the nearest poses.
         cm: f64,
+        /// Angle between their headings.
+        degrees: f64,
     },
     /// The body hardly moves between poses that are near.
     #[error(
@@ -155,15 +161,16 @@ impl Round {
             let straight = turn(0, last) < MAX_REMOVED_TURN_RAD;
             return Ok(Self { start: 0, period: last, open: false, straight, gap_cm: 100.0 * ends });
         }
-        // The clip ends one frame before the first pose recurs.
-        if ends < (2.0 * step).min(MAX_GAP_M) && gap(0, last - 1) > ends && gap(1, last) > ends {
-            let straight = turn(0, last) < MAX_REMOVED_TURN_RAD;
-            return Ok(Self { start: 0, period: count, open: true, straight, gap_cm: 0.0 });
-        }
         let stride = count.div_ceil(MAX_COMPARED_POSES);
         let compared = || (0..count).step_by(stride);
         let pairs = compared().flat_map(|a| compared().map(move |b| (a, b)));
         let spread = pairs.map(|(a, b)| gap(a, b)).sum::<f64>() / (compared().count() as f64).powi(2);
+        // The clip ends one frame before the first pose recurs. A quick body moves far between two frames.
+        let a_step_away = ends < 2.0 * step && gap(0, last - 1) > ends && gap(1, last) > ends;
+        if a_step_away && ends < MAX_GAP_M.max(MAX_STEP_RATIO * spread) {
+            let straight = turn(0, last) < MAX_REMOVED_TURN_RAD;
+            return Ok(Self { start: 0, period: count, open: true, straight, gap_cm: 0.0 });
+        }
         // The least cost, the distance of its ends, and its first and last frame.
         let mut best = (f64::INFINITY, f64::INFINITY, 0, 0);
         for start in (0..last - least).step_by(stride) {
@@ -187,7 +194,9 @@ impl Round {
             return Err(LoopError::Still { cm: 100.0 * ends });
         }
         if distance > MAX_GAP_M {
-            return Err(LoopError::NoReturn { cm: 100.0 * distance });
+            let turned = turn(start, end);
+            let cm = 100.0 * (distance - TURN_WEIGHT_M * turned);
+            return Err(LoopError::NoReturn { cm, degrees: turned.to_degrees() });
         }
         let gap_cm = 100.0 * gap(start, end);
         Ok(Self { start, period: end - start, open: false, straight: true, gap_cm })
