@@ -7,6 +7,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::formats::bvh::{MAX_DEPTH, NOT_IN_NAMES};
 use crate::formats::gltf::{curve::unit, document::unique, error::GltfErrorKind};
+use crate::names;
 
 /// Greatest difference of the scales of three axes, as a fraction.
 const UNEVEN: f64 = 0.01;
@@ -97,7 +98,8 @@ impl Tree {
 
     /// The joints of the body that an animation of these nodes moves, depth first; the first is the ancestor of all. They
     /// are the joints of the largest skin that it moves and of skins below it, or without a skin the nodes themselves and
-    /// those below them, which need not turn in this animation; with all nodes between them.
+    /// those below them, which need not turn in this animation; of one that moves the upper body alone, with the rest of it;
+    /// with all nodes between them.
     pub fn body(&self, moved: &[usize]) -> Vec<usize> {
         let moving: HashSet<usize> = moved.iter().copied().collect();
         let is_moved = |skin: &&Vec<usize>| skin.iter().any(|j| moving.contains(j));
@@ -113,7 +115,9 @@ impl Tree {
             None => {
                 let is_below = |n: usize| self.up(n).any(|n| moving.contains(&n));
                 let is_of_body = |&n: &usize| moving.contains(&n) || !self.nodes[n].is_thing && is_below(n);
-                (0..self.nodes.len()).filter(is_of_body).collect()
+                let of_body: Vec<usize> = (0..self.nodes.len()).filter(is_of_body).collect();
+                let with_legs = if self.have_legs(&of_body) { Vec::new() } else { self.around(&of_body) };
+                if self.have_legs(&with_legs) { with_legs } else { of_body }
             }
         };
         if self.common(&wanted).is_none() {
@@ -142,6 +146,17 @@ impl Tree {
             open.extend(self.children[node].iter().rev().filter(|n| members.contains(n)));
         }
         order
+    }
+
+    fn have_legs(&self, nodes: &[usize]) -> bool {
+        nodes.iter().any(|&n| names::names().is_leg(&self.nodes[n].name))
+    }
+
+    /// The nodes of the trees that hold some of these, without things.
+    fn around(&self, nodes: &[usize]) -> Vec<usize> {
+        let root = |n: usize| self.up(n).last();
+        let roots: HashSet<Option<usize>> = nodes.iter().map(|&n| root(n)).collect();
+        (0..self.nodes.len()).filter(|&n| !self.nodes[n].is_thing && roots.contains(&root(n))).collect()
     }
 
     /// The topmost node of another body that an animation of those nodes moves besides `body`, if there is one: of a
@@ -193,6 +208,27 @@ mod tests {
             children: (0..3 * count).map(children).collect(),
             skins: (0..count).map(|c| vec![3 * c, 3 * c + 1, 3 * c + 2]).collect(),
         }
+    }
+
+    /// Arms alone were the body, of which no legs were found.
+    #[test]
+    fn an_upper_body_that_moves_alone_has_legs() {
+        let mut tree = chains(2);
+        tree.skins.clear();
+        // A root above an arm and a leg, and a camera.
+        tree.nodes[3].parent = Some(0);
+        tree.children[0].push(3);
+        for (node, name) in
+            [(1, "LeftArm"), (2, "LeftForeArm"), (3, "LeftUpLeg"), (4, "LeftLeg"), (5, "Camera")]
+        {
+            tree.nodes[node].name = name.to_owned();
+        }
+        tree.nodes[5].is_thing = true;
+        assert_eq!(tree.body(&[1, 2]), [0, 1, 2, 3, 4]);
+        assert_eq!(tree.body(&[3]), [3, 4]);
+        tree.nodes[3].name = "Tail".to_owned();
+        tree.nodes[4].name = "Tail2".to_owned();
+        assert_eq!(tree.body(&[1, 2]), [1, 2]);
     }
 
     #[test]
