@@ -24,7 +24,7 @@ use gestus_core::blob::Leg;
 use gestus_motion::{
     body::{Body, about_y},
     clip::{Clip, Frame},
-    statistics::{gaussian, mean_or_zero, quantile, sorted},
+    statistics::{extent, gaussian, mean_or_zero, quantile, sorted},
 };
 use nalgebra::Vector3;
 
@@ -39,6 +39,8 @@ const LEAP_M_S: f64 = 15.0;
 const MIN_DIRECTEDNESS: f64 = 0.8;
 /// Greatest speed of the hips of a body in place, relative to that of its feet.
 const MAX_HIP_SPEED_RATIO: f64 = 0.25;
+/// Least height of the hips, relative to their greatest, of a body that walks in place: one that gets up or falls does not.
+const MIN_HEIGHT_RATIO: f64 = 0.5;
 /// Share of the frames in which some foot has to carry the body, and of these each foot: a run of games touches the ground
 /// in two frames a step.
 const MIN_CARRIED_SHARE: f64 = 0.08;
@@ -114,6 +116,7 @@ impl Course {
             && carried > MIN_CARRIED_SHARE
             && (both || is_brief(clip))
             && is_upright(clip, legs)
+            && keeps_height(clip)
             && mean_as_seen(&velocity, clip, body).norm() > MIN_DIRECTEDNESS * speed_m_s
             && hips_speed(clip) < MAX_HIP_SPEED_RATIO * speed_m_s;
         if stated.is_none() && !found {
@@ -230,6 +233,12 @@ fn is_upright(clip: &Clip, legs: &[Leg; 2]) -> bool {
         let places = frame.positions(&clip.skeleton);
         legs.iter().map(|leg| places[leg.hip].y - places[leg.knee].y).sum::<f64>() > 0.0
     })
+}
+
+/// Whether the hips are never much lower than at another time.
+fn keeps_height(clip: &Clip) -> bool {
+    let (low, high) = extent(clip.frames.iter().map(|frame| frame.root.y));
+    low > MIN_HEIGHT_RATIO * high
 }
 
 /// Mean velocity as the body sees it, which turns.
