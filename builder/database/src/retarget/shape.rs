@@ -6,8 +6,8 @@
 //!    in one hand, or things of unlike length in both, are no limbs.
 //! 2. Legs: the pair whose ends are lowest on average. Arms: of the pairs that share no joint with them, the longest.
 //! 3. Head: the highest of the ends that are left.
-//! 4. Forward is where feet and knees point, left follows from it. Where they do not show it, names do, or else the direction in
-//!    which the body moves. If nothing does, the sides are not guessed: exchanged, they would turn the body around.
+//! 4. Left is what names say, if they name both legs. Otherwise forward is where feet and knees point, and left follows from
+//!    it. Where they do not show it, a single name does, or else the direction in which the body moves. If nothing does, the sides are not guessed: exchanged, they would turn the body around.
 //!
 //! Averages over the clip suffice: a body that walks stands on its legs, whatever its rest pose is.
 
@@ -27,6 +27,8 @@ use gestus_motion::{
 
 /// Least sureness of feet and knees about which side is left.
 const UNSURE: f64 = 0.3;
+/// Joints of the legs whose names have to say a side, those that contradict subtracted, before their motion is asked.
+const NAMED: i32 = 4;
 /// Most that one bone of a limb is longer than the other, as a factor.
 const UNEVEN: f64 = 2.2;
 /// Least likeness of the two limbs of a pair: of a bone, and of the whole.
@@ -254,15 +256,18 @@ fn first_is_left(
     legs: [Limb; 2],
     elbows: &[Limb; 2],
 ) -> Option<bool> {
-    let vote = facing::first_is_left(positions, legs, elbows);
-    if vote.abs() >= UNSURE {
-        return Some(vote > 0.0);
-    }
     let says = |limb: &Limb, side| {
         limb.iter().flatten().filter(|&&j| names::side(&skeleton.names[j]) == Some(side)).count() as i32
     };
     let named = |first, second| says(&legs[0], first) + says(&legs[1], second);
     let by_name = named(Side::Left, Side::Right) - named(Side::Right, Side::Left);
+    if by_name.abs() >= NAMED {
+        return Some(by_name > 0);
+    }
+    let vote = facing::first_is_left(positions, legs, elbows);
+    if vote.abs() >= UNSURE {
+        return Some(vote > 0.0);
+    }
     if by_name != 0 {
         return Some(by_name > 0);
     }
