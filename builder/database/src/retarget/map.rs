@@ -157,12 +157,6 @@ impl Retarget {
     /// Doubts for the user to check.
     pub fn doubts(&self) -> Vec<String> {
         let mut doubts: Vec<String> = self.source.doubts().cloned().collect();
-        if !self.source.anatomy.upright {
-            doubts.push(
-                "zero rotations do not give an upright body: the trunk's axes are taken from its bones"
-                    .into(),
-            );
-        }
         if !(0.7..=1.4).contains(&self.scale) {
             doubts.push(format!("the database's legs are {:.2} times as long: check the unit", self.scale));
         }
