@@ -177,6 +177,11 @@ impl Binding {
         &self.notes
     }
 
+    /// Ends of a joint's bones that carry no joint, in its frame, metres.
+    pub fn tips(&self, joint: usize) -> Vec<Vector3<f64>> {
+        self.rig[self.joints[joint]].tips.iter().map(|tip| tip * self.unit.metres()).collect()
+    }
+
     /// The animation's motion, at its own rate. The clip is named by the stem of the file's name.
     pub fn to_clip(&self, recording: &impl Recording) -> Result<Clip, ConvertError> {
         self.check_rig(&recording.joints())?;

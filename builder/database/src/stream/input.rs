@@ -22,6 +22,7 @@ use crate::{
         looped::Round,
         reading::bind,
         repair::Repaired,
+        toe_tips::ToeTips,
         turn_limit::{FASTER, fastest, limited},
     },
 };
@@ -332,7 +333,14 @@ impl Input {
             Some(_) => held,
             None => held.max(fastest(&streamed.clip(&self.mapped, self.clip.rate_hz).frames)),
         };
-        self.with_first(limited(output, limit, &self.up(), self.round.is_some()))
+        self.with_first(limited(self.with_toes_raised(output), limit, &self.up(), self.round.is_some()))
+    }
+
+    /// A clip of the file's joints whose toes are not in the floor, of another body than the database's.
+    fn with_toes_raised(&self, mut clip: Clip) -> Clip {
+        let tips = |map| ToeTips::of(&self.binding, map, &self.clip, self.floor.height_m);
+        self.retarget().iter().for_each(|map| tips(map).raise(&mut clip));
+        clip
     }
 
     /// An output that begins with the file's first pose, where that is no part of the motion.
@@ -349,10 +357,9 @@ impl Input {
         let inputs: Vec<Frame> = sources.iter().map(|&source| self.clip.at(source)).collect();
         let mut frames = frames.to_vec();
         self.even(&mut frames, &|t| sources[t]);
-        self.with_first(self.kept_in_place(Clip {
-            frames: self.mapping.back(&frames, &inputs, self.floor.height_m),
-            ..self.clip.clone()
-        }))
+        let back = self.mapping.back(&frames, &inputs, self.floor.height_m);
+        let clip = self.kept_in_place(Clip { frames: back, ..self.clip.clone() });
+        self.with_first(self.with_toes_raised(clip))
     }
 
     /// Takes out of poses what the course had beyond an even path, if the input walks in place. `source` is its frame of

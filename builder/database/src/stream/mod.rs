@@ -14,6 +14,7 @@ pub mod looped;
 pub mod reading;
 mod repair;
 mod standing;
+mod toe_tips;
 pub mod trace;
 pub mod translate;
 pub(crate) mod turn_limit;
