@@ -223,10 +223,10 @@ fn exponential(v: Vector) -> Fixed {
     let is_near = v.iter().all(|v| v.to_bits() << 1 < 4f32.to_bits() << 1);
     if is_near {
         let v = v.map(|v| to_fixed(v, MAP));
-        // Three squares below 2^62 each: without a sign they fit.
-        let squares = v.iter().fold(0u64, |sum, &v| sum.wrapping_add(wide(v, v) as u64));
+        // Three squares of at most 2^62 each: without a sign their sum fits.
+        let squares = v.iter().fold(0i64, |sum, &v| sum.wrapping_add(wide(v, v)));
         // 27 fractional bits, or 31 of a sixteenth.
-        let angle2 = squares >> 31;
+        let angle2 = squares as u64 >> 31;
         if angle2 <= HALF_TURN2 as u64 {
             let (s, c) = half_sine(angle2 as i32);
             let [x, y, z] = v.map(|v| (wide(v, s) >> MAP) as i32);
