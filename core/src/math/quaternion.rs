@@ -219,15 +219,14 @@ const MAP: i32 = 29;
 
 #[inline(always)]
 fn exponential(v: Vector) -> Fixed {
-    // Below 4 each; also false for NaN.
-    let is_near = v.iter().all(|v| v.to_bits() << 1 < 4f32.to_bits() << 1);
+    // Hardly more than π each, so that the sum of their squares fits 63 bits; also false for NaN.
+    let is_near = v.iter().all(|v| v.to_bits() << 1 < 3.2f32.to_bits() << 1);
     if is_near {
         let v = v.map(|v| to_fixed(v, MAP));
-        // Three squares of at most 2^62 each: without a sign their sum fits.
         let squares = v.iter().fold(0i64, |sum, &v| sum.wrapping_add(wide(v, v)));
         // 27 fractional bits, or 31 of a sixteenth.
-        let angle2 = squares as u64 >> 31;
-        if angle2 <= HALF_TURN2 as u64 {
+        let angle2 = squares >> 31;
+        if angle2 <= i64::from(HALF_TURN2) {
             let (s, c) = half_sine(angle2 as i32);
             let [x, y, z] = v.map(|v| (wide(v, s) >> MAP) as i32);
             return [x, y, z, c];
