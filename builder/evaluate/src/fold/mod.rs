@@ -20,7 +20,11 @@ use rayon::prelude::*;
 
 use crate::{
     experiment::{Experiment, HeldOut, Truth},
-    metrics::{best_shift, figures::Reference, matched},
+    metrics::{
+        best_shift,
+        figures::{Figures, Reference},
+        matched,
+    },
 };
 pub use row::Row;
 
@@ -151,7 +155,7 @@ impl<'a> Fold<'a> {
     /// The figures of a method from outside, which delivers what it predicts.
     pub(crate) fn outside_row(&self, method: &str, clip: &Clip, steps_s: Option<&[f64]>) -> Row {
         let figures = self.reference.figures(&self.reference.given(clip, steps_s));
-        Row { predicted: figures, delivered: figures, ..self.row(method, &self.x, None) }
+        self.with_figures(method, [figures; 2], None)
     }
 
     /// Seconds in the truth clip from the match of each frame's predecessor to that of the frame, where both have one.
@@ -191,6 +195,16 @@ impl<'a> Fold<'a> {
     ) -> Row {
         let reference = &self.reference;
         let predicted = reference.figures(&reference.predicted(output, steps_s));
+        let delivered = streamed.map_or(predicted, |s| reference.figures(&reference.delivered(s)));
+        self.with_figures(method, [predicted, delivered], streamed)
+    }
+
+    fn with_figures(
+        &self,
+        method: &str,
+        [predicted, delivered]: [Figures; 2],
+        streamed: Option<&Streamed>,
+    ) -> Row {
         let example = &self.corpus.examples[self.test];
         Row {
             method: method.to_owned(),
@@ -199,8 +213,8 @@ impl<'a> Fold<'a> {
             clip: example.clip.name.clone(),
             truth: self.corpus.examples[self.truth].clip.name.clone(),
             predicted,
-            delivered: streamed.map_or(predicted, |s| reference.figures(&reference.delivered(s))),
-            contact_f1: streamed.and_then(|s| reference.contact_f1(s)),
+            delivered,
+            contact_f1: streamed.and_then(|s| self.reference.contact_f1(s)),
             far: streamed.map(far),
             floor_cm: None,
         }
