@@ -338,7 +338,7 @@ impl Input {
 
     /// A clip of the file's joints whose toes are not in the floor, of another body than the database's.
     fn with_toes_raised(&self, mut clip: Clip) -> Clip {
-        let tips = |map| ToeTips::of(&self.binding, map, &self.clip, self.floor.height_m);
+        let tips = |map| ToeTips::of(&self.binding, map, &self.clip, self.up(), self.floor.height_m);
         self.retarget().iter().for_each(|map| tips(map).raise(&mut clip));
         clip
     }

@@ -39,9 +39,8 @@ pub struct ToeTips {
 }
 
 impl ToeTips {
-    /// Those of a clip's body, whose floor is at `floor_m` along its up.
-    pub fn of(binding: &Binding, map: &Retarget, clip: &Clip, floor_m: f64) -> Self {
-        let up = map.world.inverse() * Vector3::y();
+    /// Those of a clip's body, whose floor is at `floor_m` along `up`.
+    pub fn of(binding: &Binding, map: &Retarget, clip: &Clip, up: Vector3<f64>, floor_m: f64) -> Self {
         let toes = |side| {
             let joint = map.source.parts.get(Part::Toes(side))?;
             let tip = tip(&clip.skeleton, joint, &binding.tips(joint))?;
